@@ -1,0 +1,50 @@
+# make analyze   the main job on an example crash (sets up .venv when it is missing)
+# make test      everything that has to be green: style, types, import rules, tests, notebook
+# make bench     the figures that docs and README quote (make figures is the same)
+# make clean     removes what was built; .venv stays
+
+# Nothing but Python 3.11 (or newer) and make is needed beforehand; another Python: make PYTHON=/path/to/python
+PYTHON ?= $(shell command -v python3 || command -v python3.11 || echo python3)
+VENV ?= .venv
+BIN := $(VENV)/bin
+LOG ?= examples/crash_logs/copter_motor_failure_crash.tlog
+OUT ?= build/example.fdi
+
+.DEFAULT_GOAL := analyze
+.DELETE_ON_ERROR:
+.PHONY: analyze test lint bench figures clean
+
+analyze: $(VENV)/.installed-run
+	@mkdir -p $(dir $(OUT))
+	$(BIN)/fdi analyze $(LOG) --out $(OUT) --force
+
+test: lint
+	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -o addopts=-q --nbmake notebooks/*.ipynb
+
+lint: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench figures: $(VENV)/.installed-test
+	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done
+
+# A stamp is newer than what it was installed from; the install is editable, so changed code needs no new one.
+$(VENV)/.installed-run: pyproject.toml constraints.txt | $(BIN)/pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml constraints.txt | $(BIN)/pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@touch $@ $(VENV)/.installed-run
+
+# pip, not python, is the target: where the venv module is only half there, python appears all the same.
+$(BIN)/pip:
+	@$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "fdi needs Python 3.11 or newer, this is %d.%d; try: make PYTHON=python3.11" % sys.version_info[:2])'
+	$(PYTHON) -m venv $(VENV)
+
+clean:
+	rm -rf build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find fdi tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

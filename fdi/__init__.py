@@ -1,0 +1,61 @@
+"""Finds out from a flight's telemetry which component failed first.
+
+``fdi.analyze("flight.tlog")`` is the whole chain; every stage can be used alone. Names are resolved
+on first use, so that ``import fdi`` loads nothing but this file.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fdi.analysis import analyze
+    from fdi.decision import load_policy
+    from fdi.diagnosis import diagnose
+    from fdi.errors import FdiError, LogError, ModelError, OutputError, UsageError
+    from fdi.model import load_airframe
+    from fdi.residuals import build_bank
+    from fdi.result import Analysis
+    from fdi.telemetry import read
+
+_HOMES = {
+    "Analysis": "fdi.result",
+    "FdiError": "fdi.errors",
+    "LogError": "fdi.errors",
+    "ModelError": "fdi.errors",
+    "OutputError": "fdi.errors",
+    "UsageError": "fdi.errors",
+    "analyze": "fdi.analysis",
+    "build_bank": "fdi.residuals",
+    "diagnose": "fdi.diagnosis",
+    "load_airframe": "fdi.model",
+    "load_policy": "fdi.decision",
+    "read": "fdi.telemetry",
+}
+
+__version__ = "0.1.0"
+__all__ = [
+    "Analysis",
+    "FdiError",
+    "LogError",
+    "ModelError",
+    "OutputError",
+    "UsageError",
+    "analyze",
+    "build_bank",
+    "diagnose",
+    "load_airframe",
+    "load_policy",
+    "read",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'fdi' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

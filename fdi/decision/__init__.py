@@ -1,0 +1,16 @@
+"""Decides which residuals are beyond what health explains.
+
+Given residual columns with their predicted spread and a policy; sought for every residual and sample
+whether it is triggered, quiet or unknown, and which triggers persist, such that noise, stated
+tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarms``.
+
+- ``alarms.py``: the value of this stage
+- ``policy.py``: the recipe of an analysis, read from YAML (``policies/*.yaml``)
+- ``noise.py``: centre and spread of a residual in the flight's own calm part
+- ``detectors.py``: the ways to decide, one function each
+"""
+
+from fdi.decision.alarms import Alarms
+from fdi.decision.policy import Policy, load_policy
+
+__all__ = ["Alarms", "Policy", "load_policy"]

@@ -1,0 +1,52 @@
+"""Which residuals are beyond their threshold, and when? The value of the decide stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.residuals import Residuals
+
+if TYPE_CHECKING:
+    from fdi.decision.policy import Policy
+
+QUIET, TRIGGERED, UNKNOWN = 0, 1, -1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alarms:
+    """For every residual: triggered, quiet or unknown over time; rows as the bank's generators.
+
+    Attributes
+    ----------
+    policy : Policy
+        That decided; its marking is for the diagnosis.
+    threshold : (r, n) float
+        In each residual's unit; NaN where it cannot be stated.
+    centre : (r,) float
+        The constant that was taken off before comparing.
+    state : (r, n) int8
+        1 triggered, 0 quiet, -1 unknown.
+    alarm : (r, n) bool
+        Triggers that persisted, from their first sample on.
+    strength : (r, n) float
+        |residual - centre| over threshold; above one where triggered.
+    confirm_s : (r,) float
+        How long after its first sample an alarm is certain.
+    """
+
+    residuals: Residuals
+    policy: Policy
+    threshold: NDArray[np.float64]
+    centre: NDArray[np.float64]
+    state: NDArray[np.int8]
+    alarm: NDArray[np.bool_]
+    strength: NDArray[np.float64]
+    confirm_s: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        raised = int(self.alarm.any(axis=1).sum())
+        return f"<Alarms: {raised} of {len(self.alarm)} residuals raised one>"

@@ -1,0 +1,39 @@
+"""Finds the components whose failure explains the alarms.
+
+Given alarms over time and the signatures of the residuals; sought the components that failed first,
+such that every alarm is explained and no quiet test speaks against them. ``Alarms`` + ``Bank`` ->
+``Diagnosis``.
+
+- ``values.py``: the values of this stage
+- ``diagnose.py``: the stage itself, from alarms to the answer
+- ``marking.py``: which fault is marked when, over the flight
+- ``hitting.py``: minimal sets of components that explain a set of conflicts
+- ``ranking.py``: which component explains an episode of alarms, and which follow from it
+- ``explain.py``: what is said about it in words
+"""
+
+from fdi.diagnosis.diagnose import diagnose
+from fdi.diagnosis.values import (
+    Consequence,
+    Diagnosis,
+    Evidence,
+    FaultGrid,
+    Finding,
+    Isolability,
+    NotTestable,
+    RuledOut,
+    runs,
+)
+
+__all__ = [
+    "Consequence",
+    "Diagnosis",
+    "Evidence",
+    "FaultGrid",
+    "Finding",
+    "Isolability",
+    "NotTestable",
+    "RuledOut",
+    "diagnose",
+    "runs",
+]

@@ -1,0 +1,184 @@
+"""What does a diagnosis say? The values of the diagnose stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.structure import Decomposition
+
+if TYPE_CHECKING:
+    import pandas
+
+QUIET, MARKED, UNKNOWN = 0, 1, -1
+
+FindingKind = Literal[
+    "step", "ramp", "freeze", "loss", "noise", "scale", "stuck", "limit", "unknown"
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What a person can check against a plot."""
+
+    text: str
+    residuals: tuple[str, ...]
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An accused component, in one episode of one flight; times are s of the log's clock.
+
+    Attributes
+    ----------
+    onset, alarm, end : float
+        When the cause began to show, when the data allowed the accusation, when it ceased (None if
+        it lasted to the end of the flight or to an impact).
+    confidence : float
+        0..1, the share of the evidence that speaks for this component among all candidates; not yet
+        calibrated on labelled flights.
+    inseparable_from : tuple of str
+        Components that explain the same alarms as well.
+    """
+
+    rank: int
+    flight: int
+    component: str
+    faults: tuple[str, ...]
+    kind: FindingKind
+    onset: float
+    alarm: float
+    end: float | None
+    confidence: float
+    inseparable_from: tuple[str, ...]
+    evidence: Evidence
+
+
+@dataclass(frozen=True, slots=True)
+class Consequence:
+    """A component whose alarms follow from a finding."""
+
+    component: str
+    faults: tuple[str, ...]
+    onset: float
+    because_of: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RuledOut:
+    """A component that the data speak for: its tests were able to run and stayed quiet."""
+
+    component: str
+    text: str
+    residuals: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NotTestable:
+    """A component that this telemetry cannot show, and why."""
+
+    component: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaultGrid:
+    """Marks of every modelled fault over time.
+
+    Attributes
+    ----------
+    t : (n,) float
+        s; a mark at t[k] holds to t[k+1].
+    faults, components, groups : tuple of str
+        Of each row.
+    marks : (f, n) int8
+        1 marked, 0 quiet, -1 unknown.
+    """
+
+    t: NDArray[np.float64]
+    faults: tuple[str, ...]
+    components: tuple[str, ...]
+    groups: tuple[str, ...]
+    marks: NDArray[np.int8]
+
+    def frame(self) -> pandas.DataFrame:
+        """Return the marks as a frame: index t, a column per fault; NaN where unknown."""
+        import pandas as pd
+
+        values = np.where(self.marks == UNKNOWN, np.nan, self.marks).T
+        return pd.DataFrame(values, index=pd.Index(self.t, name="t"), columns=list(self.faults))
+
+    def intervals(self, row: int, state: int) -> list[list[float]]:
+        """Return the half-open intervals, s, in which a row is in a state."""
+        return runs(self.t, self.marks[row] == state)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Isolability:
+    """Which faults can be seen and told apart.
+
+    Attributes
+    ----------
+    faults : tuple of str
+    detectable : (f,) bool
+    matrix : (f, f) bool
+        [i, j]: fault i is isolable from fault j.
+    groups : tuple of tuple of str
+        Connected groups of faults that cannot be told apart.
+    """
+
+    faults: tuple[str, ...]
+    detectable: NDArray[np.bool_]
+    matrix: NDArray[np.bool_]
+    groups: tuple[tuple[str, ...], ...]
+
+    def frame(self) -> pandas.DataFrame:
+        """Return the matrix as a frame, 0 and 1."""
+        import pandas as pd
+
+        names = list(self.faults)
+        return pd.DataFrame(self.matrix.astype(int), index=names, columns=names)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """The answer: causes, consequences, what is ruled out, what could not be tested.
+
+    Attributes
+    ----------
+    implementable, structural : Isolability
+        By the residual generators, and by structure alone.
+    decomposition : Decomposition
+        Of the whole system.
+    """
+
+    verdict: str
+    findings: tuple[Finding, ...]
+    consequences: tuple[Consequence, ...]
+    ruled_out: tuple[RuledOut, ...]
+    not_testable: tuple[NotTestable, ...]
+    grid: FaultGrid
+    implementable: Isolability
+    structural: Isolability
+    decomposition: Decomposition
+    graph_components: int
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis: {self.verdict}>"
+
+
+def runs(t: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[list[float]]:
+    """Return half-open intervals, s, of the runs of a mask; the last sample holds one more step."""
+    if not len(t):
+        return []
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    ends = np.append(t, t[-1] + step)
+    return [
+        [float(ends[a]), float(ends[b])] for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]

@@ -1,0 +1,19 @@
+"""Describes a vehicle, and which of its equations hold with a log.
+
+Given a model file written by a person and the channels of a log; sought the equations that hold with
+this telemetry and the faults that they bring, such that every name is defined and every unit fits.
+YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
+
+- ``load.py``, ``schema.py``, ``yaml.py``: from files to definitions
+- ``assemble.py``: from definitions to an airframe, all problems reported together
+- ``airframe.py``, ``parts.py``: the values
+- ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
+- ``dimensions.py``: units
+- ``system.py``: what holds with one log
+"""
+
+from fdi.model.airframe import Airframe
+from fdi.model.load import load_airframe, shipped_models
+from fdi.model.system import System
+
+__all__ = ["Airframe", "System", "load_airframe", "shipped_models"]

@@ -1,0 +1,309 @@
+"""Do the entries of a model file make sense together, and which airframe do they make?
+
+In: the definitions that ``load.py`` collected. Out: the airframe, or one ``ModelError`` with every
+problem: a name that nothing defines, units that do not fit, a variable that no equation holds, a
+fault that two equations bring, an expression that is not one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from fdi.errors import FdiError, ModelError
+from fdi.model.airframe import Airframe
+from fdi.model.dimensions import Dimension, dimension, dimension_of, quantity
+from fdi.model.expression import (
+    Apply,
+    Expression,
+    Number,
+    Symbol,
+    parse,
+    parse_equation,
+    symbols,
+    to_text,
+    walk,
+)
+from fdi.model.parts import Component, Equation, Kind, Measurement, Parameter, Variable
+from fdi.telemetry import Channel
+
+if TYPE_CHECKING:
+    from fdi.model.load import Definition, Definitions
+    from fdi.model.schema import AirframeFile
+
+STATES = frozenset({"armed", "airborne", "mode", "phase"})
+"""Names of the flight state, known in every condition."""
+
+
+@dataclass(slots=True)
+class _Draft:
+    """What has been read so far, and what was wrong with it."""
+
+    found: Definitions
+    units: dict[str, Dimension] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)
+    faults: dict[str, str] = field(default_factory=dict)
+
+    @contextmanager
+    def reporting(self, definition: Definition, *part: str) -> Iterator[None]:
+        """Turn what is wrong with a part of an entry into a problem with file and line."""
+        try:
+            yield
+        except (ValueError, FdiError) as error:
+            name = ".".join(str(p) for p in (*definition.place, *part))
+            self.found.problems.append(f"{definition.at(*part)}: {name}: {error}")
+
+    def items(self, section: str) -> Iterator[tuple[str, Definition]]:
+        for name, definition in self.found.sections[section].items():
+            yield name.partition("#")[0], definition
+
+    def bring_fault(self, name: str, definition: Definition, *part: str) -> None:
+        if name in self.faults:
+            raise ValueError(f"the fault {name!r} is brought twice, first at {self.faults[name]}")
+        self.faults[name] = definition.at(*part)
+
+    def check_names(self, expression: Expression, extra: frozenset[str] = frozenset()) -> None:
+        unknown = [n for n in symbols(expression) if n not in self.units and n not in extra]
+        if unknown:
+            names = ", ".join(repr(name) for name in unknown)
+            raise ValueError(f"unknown symbol {names}")
+        self.used.update(symbols(expression))
+
+
+def assemble(main: AirframeFile, found: Definitions) -> Airframe:
+    """Return the airframe that the definitions make.
+
+    Raises
+    ------
+    ModelError
+        Something is wrong; all problems are reported together.
+    """
+    draft = _Draft(found)
+    variables = {
+        name: v for name, d in draft.items("variables") if (v := _variable(name, d, draft))
+    }
+    parameters = {
+        name: p for name, d in draft.items("parameters") if (p := _parameter(name, d, draft))
+    }
+    equations: list[Equation] = []
+    for kind, section in ((Kind.RELATION, "equations"), (Kind.EQUALITY, "equalities")):
+        made = [_equation(name, kind, d, draft) for name, d in draft.items(section)]
+        if section == "equalities":
+            made = [_limit(name, d, draft) for name, d in draft.items("limits")] + made
+        equations += [equation for equation in made if equation]
+    measurements = [
+        measurement
+        for section in ("inputs", "measurements")
+        for name, d in draft.items(section)
+        for measurement in _message(name, d, section == "inputs", draft)
+    ]
+    for name, definition in draft.items("variables"):
+        if name in variables and name not in draft.used:
+            found.problems.append(f"{definition.at()}: variable {name!r} is in no equation")
+    if found.problems:
+        raise ModelError.of(found.problems)
+    return Airframe(
+        name=main.name,
+        description=main.description,
+        vehicles=tuple(main.vehicles),
+        components=_components(draft, equations, measurements),
+        variables=variables,
+        parameters=parameters,
+        equations=tuple(equations),
+        measurements=tuple(measurements),
+        sha256=found.digest.hexdigest(),
+    )
+
+
+def _variable(name: str, definition: Definition, draft: _Draft) -> Variable | None:
+    entry = definition.entry
+    with draft.reporting(definition):
+        if name in STATES:
+            raise ValueError(f"{name!r} is the name of a flight state")
+        draft.units[name] = Dimension(1.0, (), "")  # a wrong unit must not make the name unknown
+        draft.units[name] = dimension(entry.unit)
+        low, high = entry.domain
+        if low is not None and high is not None and low >= high:
+            raise ValueError(f"the domain [{low:g}, {high:g}] is empty")
+        return Variable(name, entry.unit, low, high, entry.circular, entry.description)
+    return None
+
+
+def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | None:
+    entry = definition.entry
+    with draft.reporting(definition):
+        if name in draft.units or name in STATES:
+            raise ValueError(f"{name!r} is a variable or a flight state already")
+        draft.units[name] = Dimension(1.0, (), "")
+        draft.units[name] = dimension(entry.unit)
+        value = entry.value if entry.identify is None else entry.identify.prior
+        if value is None:
+            raise ValueError("has neither a value nor anything to identify")
+        names = entry.log.name if entry.log else []
+        return Parameter(
+            name,
+            value,
+            entry.unit,
+            entry.source,
+            (names,) if isinstance(names, str) else tuple(names),
+            entry.log.scale if entry.log else 1.0,
+            entry.identify.bounds if entry.identify else None,
+        )
+    return None
+
+
+def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> Equation | None:
+    entry = definition.entry
+    with draft.reporting(definition):
+        left, right = parse_equation(entry.text)
+        draft.check_names(left)
+        draft.check_names(right)
+        _check_derivatives(left, right)
+        unit = _check_units(left, right, draft)
+        tolerance = quantity(entry.tolerance, unit) if entry.tolerance is not None else 0.0
+        solves = None if entry.solves is None else frozenset(entry.solves)
+        strangers = (solves or set()) - set(symbols(left)) - set(symbols(right))
+        if strangers:
+            raise ValueError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
+        if entry.fault:
+            draft.bring_fault(entry.fault, definition, "fault")
+        return Equation(
+            name,
+            kind,
+            entry.text,
+            left,
+            right,
+            when=_condition(entry.when, draft),
+            solves=solves,
+            cost=entry.cost,
+            fault=entry.fault,
+            component=entry.component or (entry.fault and "outside_model") or None,
+            tolerance=tolerance,
+        )
+    return None
+
+
+def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
+    entry = definition.entry
+    with draft.reporting(definition):
+        if entry.variable not in draft.units:
+            raise ValueError(f"unknown symbol {entry.variable!r}")
+        variable: Expression = Symbol(entry.variable)
+        terms: list[Expression] = []
+        bounds: list[str] = []
+        for bound, sign in ((entry.min, 1), (entry.max, -1)):
+            bounds.append("inf" if bound is None else str(bound))
+            if bound is None:
+                continue
+            value = parse(bound) if isinstance(bound, str) else Number(float(bound))
+            draft.check_names(value)
+            terms.append(Apply("-", (value, variable) if sign > 0 else (variable, value)))
+        if not terms:
+            raise ValueError("has neither a min nor a max")
+        excess = Apply("max", (*terms, Number(0.0)))
+        dimension_of(excess, draft.units)
+        draft.used.add(entry.variable)
+        return Equation(
+            name,
+            Kind.LIMIT,
+            f"lim({entry.variable}, {bounds[0]}, {bounds[1]}) = 0",
+            excess,
+            Number(0.0),
+            when=_condition(entry.when, draft),
+            solves=frozenset(entry.solves or ()),
+            component=entry.component,
+        )
+    return None
+
+
+def _condition(text: str | None, draft: _Draft) -> Expression | None:
+    if text is None:
+        return None
+    condition = parse(text, condition=True)
+    draft.check_names(condition, STATES)
+    dimension_of(condition, draft.units)
+    return condition
+
+
+def _check_derivatives(left: Expression, right: Expression) -> None:
+    uses = [n for side in (left, right) for n in walk(side) if _is_derivative(n)]
+    if not uses:
+        return
+    alone = isinstance(left, Symbol) and uses == [right] and isinstance(right, Apply)
+    if not alone or not isinstance(right, Apply) or not isinstance(right.arguments[0], Symbol):
+        raise ValueError("der(x) stands alone on the right of 'y = der(x)'")
+
+
+def _is_derivative(node: Expression) -> bool:
+    return isinstance(node, Apply) and node.operator == "der"
+
+
+def _check_units(left: Expression, right: Expression, draft: _Draft) -> Dimension:
+    sides = [dimension_of(side, draft.units) for side in (left, right)]
+    if sides[0] and sides[1] and not sides[0].fits(sides[1]):
+        texts = f"{to_text(left)} ({sides[0].text}) does not fit {to_text(right)}"
+        raise ValueError(f"unit mismatch: {texts} ({sides[1].text})")
+    return sides[0] or sides[1] or Dimension(1.0, (), "1")
+
+
+def _message(
+    name: str, definition: Definition, trusted: bool, draft: _Draft
+) -> Iterator[Measurement]:
+    entry = definition.entry
+    for field_name, item in entry.fields.items():
+        part = ("fields", field_name)
+        with draft.reporting(definition, *part):
+            separator = "/" if name.isdigit() else "."
+            channel = Channel.parse(f"{name}{separator}{field_name}")
+            if item.variable not in draft.units:
+                raise ValueError(f"unknown symbol {item.variable!r}")
+            draft.used.add(item.variable)
+            if not trusted:
+                draft.bring_fault(str(channel), definition, *part)
+            yield _measurement(channel, entry, item, trusted, draft)
+
+
+def _measurement(
+    channel: Channel, entry: Any, item: Any, trusted: bool, draft: _Draft
+) -> Measurement:
+    unit = draft.units[item.variable]
+    accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
+    if accuracy is not None and accuracy <= 0:
+        raise ValueError(f"accuracy is {accuracy:g}, must be positive")
+    latency = entry.latency if item.latency is None else item.latency
+    value = None if item.value is None else parse(item.value)
+    conditions = [parse(w, condition=True) for w in (entry.when, item.when) if w]
+    return Measurement(
+        channel,
+        item.variable,
+        component=item.component or entry.component or "outside_model",
+        group=item.group or entry.group or "other",
+        accuracy=accuracy,
+        offset=quantity(item.offset, unit),
+        latency=quantity(latency, dimension("s")),
+        value=value,
+        when=_all(conditions),
+        raw=item.raw,
+        trusted=trusted,
+    )
+
+
+def _all(conditions: list[Expression]) -> Expression | None:
+    if len(conditions) < 2:
+        return conditions[0] if conditions else None
+    return Apply("and", tuple(conditions))
+
+
+def _components(
+    draft: _Draft, equations: list[Equation], measurements: list[Measurement]
+) -> dict[str, Component]:
+    listed = {
+        name: Component(name, d.entry.group, d.entry.description, tuple(d.entry.affects))
+        for name, d in draft.items("components")
+    }
+    named = [e.component for e in equations if e.component] + [m.component for m in measurements]
+    for name in named:
+        listed.setdefault(name, Component(name))
+    return listed

@@ -1,0 +1,180 @@
+"""Do the units of a model fit together?
+
+In: unit texts and expressions. Out: a ``Dimension`` for every expression, or a ``ValueError`` that
+names the two sides that do not fit. A dimension is a factor to SI and the exponents of the SI base
+units, so that degrees beside radians are found as well as metres beside seconds. A bare number that
+is added to, compared with or put beside a quantity takes that quantity's unit; as a factor or an
+exponent it has none. Texts of units are read by pint, which costs 0.5 s to import: the loader asks
+only where its cache has no answer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from math import isclose
+from typing import Any, Final
+
+from fdi.model.expression import Apply, Expression, Number, Symbol, is_logical, to_text
+
+_NAME = r"[A-Za-z_%]+(?:(?:\^|\*\*)-?\d)?"
+UNIT: Final = re.compile(rf"(?:1/)?{_NAME}(?:[ */]{_NAME}){{0,5}}\Z")
+
+Exponents = tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """A unit: ``factor`` times SI base units with ``exponents``."""
+
+    factor: float
+    exponents: Exponents
+    text: str
+
+    def fits(self, other: Dimension) -> bool:
+        """Return whether two quantities may be added."""
+        return self.exponents == other.exponents and isclose(self.factor, other.factor)
+
+
+NUMBER = Dimension(1.0, (), "a number")
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+@lru_cache(maxsize=512)
+def dimension(unit: str) -> Dimension:
+    """Return the dimension of a unit.
+
+    Raises
+    ------
+    ValueError
+        The text is not a unit.
+
+    Examples
+    --------
+    >>> dimension("km/h").exponents
+    (('meter', 1.0), ('second', -1.0))
+    """
+    if unit in ("", "1"):
+        return Dimension(1.0, (), unit)
+    if not UNIT.match(unit):  # pint computes powers of numbers, so it is handed names only
+        raise ValueError(f"{unit[:40]!r} is not a unit")
+    try:
+        base = _registry().Quantity(1.0, unit.replace("%", "percent")).to_base_units()
+    except (AttributeError, ValueError, TypeError, SyntaxError, KeyError) as error:
+        raise ValueError(f"{unit!r} is not a unit") from error
+    exponents = {str(k): float(v) for k, v in base.unit_items() if str(k) != "radian"}
+    return Dimension(float(base.magnitude), tuple(sorted(exponents.items())), unit)
+
+
+def quantity(value: float | str, unit: Dimension) -> float:
+    """Return a number, or a number with a unit such as ``3 deg``, in the unit asked for.
+
+    Raises
+    ------
+    ValueError
+        The text is not a quantity, or its unit does not fit.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, _, text = value.strip().partition(" ")
+    try:
+        magnitude = float(number)
+    except ValueError:
+        raise ValueError(f"{value!r} is not a number with a unit, such as '0.3 m/s'") from None
+    own = dimension(text.strip()) if text.strip() else unit
+    if own.exponents != unit.exponents:
+        raise ValueError(f"{value!r} does not fit the unit {unit.text!r}")
+    return magnitude * own.factor / unit.factor
+
+
+def dimension_of(expression: Expression, units: Mapping[str, Dimension]) -> Dimension | None:
+    """Return the dimension of an expression; None for a bare number, which fits everything.
+
+    Parameters
+    ----------
+    expression : Expression
+    units : mapping of str to Dimension
+        Of every name in it; a name that is missing (a flight state) fits everything.
+
+    Raises
+    ------
+    ValueError
+        Two terms do not fit, or a function's argument has a unit.
+    """
+    match expression:
+        case Number():
+            return None
+        case Symbol(name):
+            return units.get(name)
+        case Apply(operator, arguments):
+            inner = [dimension_of(argument, units) for argument in arguments]
+            return _combine(operator, arguments, inner)
+    return None
+
+
+def _combine(
+    operator: str, arguments: tuple[Expression, ...], inner: list[Dimension | None]
+) -> Dimension | None:
+    first = inner[0]
+    if operator in ("+", "-", "min", "max", "<", "<=", ">", ">=", "==", "!="):
+        common = _common(arguments, inner)
+        return NUMBER if is_logical(Apply(operator, arguments)) else common
+    if operator in ("abs", "wrap"):
+        return first
+    if operator in ("and", "or", "not", "sign"):
+        return NUMBER
+    if operator in ("*", "/"):
+        sign = 1 if operator == "*" else -1
+        return _product(first or NUMBER, inner[1] or NUMBER, sign)
+    if operator == "**":
+        exponent = arguments[1]
+        return _power(first, exponent.value) if isinstance(exponent, Number) else first
+    if operator == "sqrt":
+        return _power(first, 0.5)
+    if operator == "der":
+        return _product(first or NUMBER, Dimension(1.0, (("second", 1.0),), "s"), -1)
+    if operator == "atan2":
+        _common(arguments, inner)
+        return NUMBER
+    if first is not None and not first.fits(NUMBER):
+        raise ValueError(f"{operator}({to_text(arguments[0])}) needs a number, not {first.text}")
+    return NUMBER
+
+
+def _common(arguments: tuple[Expression, ...], inner: list[Dimension | None]) -> Dimension | None:
+    found: tuple[Expression, Dimension] | None = None
+    for argument, own in zip(arguments, inner, strict=True):
+        if own is None:
+            continue
+        if found and not found[1].fits(own):
+            left, right = to_text(found[0]), to_text(argument)
+            raise ValueError(f"{left} ({found[1].text}) does not fit {right} ({own.text})")
+        found = found or (argument, own)
+    return found[1] if found else None
+
+
+def _product(left: Dimension, right: Dimension, sign: int) -> Dimension:
+    exponents = dict(left.exponents)
+    for name, exponent in right.exponents:
+        exponents[name] = exponents.get(name, 0.0) + sign * exponent
+    kept = tuple(sorted((name, e) for name, e in exponents.items() if abs(e) > 1e-12))
+    return Dimension(left.factor * right.factor**sign, kept, _spell(kept))
+
+
+def _power(base: Dimension | None, exponent: float) -> Dimension | None:
+    if base is None:
+        return None
+    exponents = tuple((name, e * exponent) for name, e in base.exponents)
+    return Dimension(base.factor**exponent, exponents, _spell(exponents))
+
+
+def _spell(exponents: Exponents) -> str:
+    return " ".join(f"{name}^{e:g}" for name, e in exponents) or "a number"

@@ -1,0 +1,206 @@
+"""Which airframe does a model file, with what it includes, describe?
+
+In: a name of a shipped model or a path. Out: an :class:`~fdi.model.airframe.Airframe`, or one
+``ModelError`` that reports all problems together, each with file, line and reason. Included files
+come from the model's own folder or from the shipped models, never from outside these two; a second
+definition of anything is an error unless the file extends the one that made the first.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from fdi.errors import ModelError
+from fdi.model.airframe import Airframe
+from fdi.model.yaml import Document, Place, read_document
+
+if TYPE_CHECKING:
+    from fdi.model.schema import AirframeFile
+
+MAX_FILES: Final = 50
+SECTIONS: Final = (
+    "components",
+    "variables",
+    "parameters",
+    "equations",
+    "limits",
+    "equalities",
+    "inputs",
+    "measurements",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """One entry of one file: what it says, and where."""
+
+    entry: Any
+    document: Document
+    place: Place
+
+    def at(self, *more: str | int) -> str:
+        """Return ``file:line`` of the entry, or of a part of it."""
+        return f"{self.document.name}:{self.document.line((*self.place, *more))}"
+
+
+@dataclass(slots=True)
+class Definitions:
+    """All entries of a file and of what it includes, by section and name, in reading order."""
+
+    sections: dict[str, dict[str, Definition]] = field(
+        default_factory=lambda: {section: {} for section in SECTIONS}
+    )
+    problems: list[str] = field(default_factory=list)
+    digest: Any = field(default_factory=hashlib.sha256)
+    files: dict[Path, None] = field(default_factory=dict)
+
+
+def models_folder() -> Path:
+    """Return the folder of the shipped models, in a wheel or in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    inside = package / "models"
+    return inside if inside.is_dir() else package.parent / "models"
+
+
+def shipped_models() -> tuple[str, ...]:
+    """Return the names of the shipped models, sorted."""
+    return tuple(sorted(path.stem for path in models_folder().glob("*.yaml")))
+
+
+def find_model(name: str | Path) -> Path:
+    """Return the file of a shipped model's name or of a path.
+
+    Raises
+    ------
+    ModelError
+        There is neither.
+    """
+    shipped = models_folder() / f"{name}.yaml"
+    if str(name) in shipped_models():
+        return shipped
+    path = Path(name)
+    if not path.exists():
+        known = ", ".join(shipped_models())
+        raise ModelError("is neither a file nor a shipped model", where=str(name), hint=known)
+    return path
+
+
+def load_airframe(name: str | Path) -> Airframe:
+    """Return the airframe in a model file.
+
+    Parameters
+    ----------
+    name : str or Path
+        A shipped model's name, or the path of a file.
+
+    Raises
+    ------
+    ModelError
+        The file or an included one is wrong; all problems are reported together.
+    """
+    path = find_model(name)
+    found = Definitions()
+    main = _read(path, path.name, found)
+    if found.problems or main is None:
+        raise ModelError.of(found.problems)
+    from fdi.model.assemble import assemble
+
+    return assemble(main, found)
+
+
+def model_files(name: str | Path) -> Iterator[Path]:
+    """Yield the files that a model is made of, as far as a plain scan of ``include`` finds them."""
+    path = find_model(name)
+    found = Definitions()
+    _read(path, path.name, found)
+    yield from found.files
+
+
+def _read(path: Path, label: str, found: Definitions) -> AirframeFile | None:
+    """Read a file and what it names, deepest first; None where problems were noted."""
+    resolved = path.resolve()
+    if resolved in found.files:
+        return None
+    found.files[resolved] = None
+    if len(found.files) > MAX_FILES:
+        raise ModelError(f"includes more than {MAX_FILES} files", where=label)
+    try:
+        document = read_document(path, label)
+    except ModelError as error:
+        found.problems.extend(error.problems)
+        return None
+    found.digest.update(path.read_bytes() + b"\0")
+    spec = _check_shape(document, found)
+    if spec is None:
+        return None
+    extended: set[str] = set()
+    for index, target in enumerate(spec.include):
+        _follow(target, path, document, ("include", index), found)
+    if spec.extends:
+        base = spec.extends if spec.extends.endswith(".yaml") else f"{spec.extends}.yaml"
+        _follow(base, path, document, ("extends",), found)
+        extended = {f"{s}.{n}" for s in SECTIONS for n in found.sections[s]}
+    _collect(spec, document, found, extended)
+    return spec
+
+
+def _check_shape(document: Document, found: Definitions) -> AirframeFile | None:
+    from pydantic import ValidationError
+
+    from fdi.model.schema import AirframeFile
+
+    try:
+        return AirframeFile.model_validate(document.tree)
+    except ValidationError as error:
+        for item in error.errors(include_url=False):
+            place = tuple(part for part in item["loc"] if part != "[key]")
+            text = "unknown key" if item["type"] == "extra_forbidden" else item["msg"]
+            spelled = ".".join(str(part) for part in place)
+            found.problems.append(f"{document.name}:{document.line(place)}: {spelled}: {text}")
+        return None
+
+
+def _follow(
+    target: str,
+    path: Path,
+    document: Document,
+    place: Place,
+    found: Definitions,
+) -> None:
+    where = f"{document.name}:{document.line(place)}"
+    for folder in (path.parent, models_folder()):
+        candidate = folder / target
+        if not candidate.is_file():
+            continue
+        if folder.resolve() not in candidate.resolve().parents:
+            found.problems.append(f"{where}: {target!r} lies outside the model's folder")
+            return
+        _read(candidate, target, found)
+        return
+    found.problems.append(f"{where}: {target!r} is not found beside the file or among the models")
+
+
+def _collect(
+    spec: AirframeFile, document: Document, found: Definitions, extended: set[str]
+) -> None:
+    for section in SECTIONS:
+        entries: Mapping[str, Any] = getattr(spec, section)
+        known = found.sections[section]
+        for name, entry in entries.items():
+            definition = Definition(entry, document, (section, name))
+            earlier = known.get(name)
+            if earlier is None or f"{section}.{name}" in extended:
+                known[name] = definition
+            elif section in ("measurements", "inputs"):
+                # One message may be described in several files, each with fields of its own.
+                known[f"{name}#{document.name}"] = definition
+            elif section == "components" and entry == earlier.entry:
+                continue
+            else:
+                found.problems.append(
+                    f"{definition.at()}: {name!r} is defined twice, first at {earlier.at()}"
+                )

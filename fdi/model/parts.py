@@ -1,0 +1,126 @@
+"""What is an airframe made of? Variables, parameters, equations, measurements and components.
+
+These values know no file syntax: ``load.py`` reads them from YAML, a test may build them by hand.
+Every quantity is a float in the unit of the variable it belongs to; texts have become expressions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from fdi.model.expression import Expression
+from fdi.telemetry import Channel
+
+
+class Kind(StrEnum):
+    """What an equation states, which decides how it may be used."""
+
+    RELATION = "equation"  # physics, geometry: can be solved for what it determines
+    LIMIT = "limit"  # a quantity stays between bounds: never solved, no redundancy for cross-checks
+    EQUALITY = "equality"  # a quantity stays at a value within a tolerance
+    MEASUREMENT = "measurement"  # a channel of the log shows a variable; brings a fault
+    INPUT = "input"  # likewise, but known and trusted
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """What a person replaces or tunes; ``affects`` names components its failure disturbs."""
+
+    name: str
+    group: str = "other"
+    description: str = ""
+    affects: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A quantity of the model, bounded by ``low`` and ``high``; a circular one is an angle."""
+
+    name: str
+    unit: str
+    low: float | None = None
+    high: float | None = None
+    circular: bool = False
+    description: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A known constant, taken from the log (times ``log_scale``) where it is there."""
+
+    name: str
+    value: float
+    unit: str
+    source: str = ""
+    log_names: tuple[str, ...] = ()
+    log_scale: float = 1.0
+    bounds: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Equation:
+    """A statement ``left = right`` among variables and parameters.
+
+    Attributes
+    ----------
+    text : str
+        As the model file has it.
+    when : Expression or None
+        Where the statement holds, over variables, parameters and the flight state.
+    solves : frozenset of str or None
+        The unknowns it can be solved for; None means that this follows from the expressions.
+    cost : float
+        Of matching it, against 1 for an ordinary equation.
+    fault, component : str or None
+        The fault the equation brings, and whom a violation concerns.
+    tolerance : float
+        How far the two sides may differ in health, in the unit of the equation.
+    """
+
+    name: str
+    kind: Kind
+    text: str
+    left: Expression
+    right: Expression
+    when: Expression | None = None
+    solves: frozenset[str] | None = None
+    cost: float = 1.0
+    fault: str | None = None
+    component: str | None = None
+    tolerance: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A channel that shows a variable.
+
+    Attributes
+    ----------
+    accuracy : float or None
+        One sigma, in the variable's unit.
+    offset : float
+        A constant difference that a healthy sensor may have, in the variable's unit.
+    latency : float
+        s; how late the channel shows the variable.
+    value : Expression or None
+        Over the message's fields; None means the field itself.
+    when : Expression or None
+        Where the channel is valid, over the message's fields and the flight state.
+    raw : bool
+        Whether the fields are taken as on the wire instead of in SI units.
+    trusted : bool
+        An input: known, brings no fault.
+    """
+
+    channel: Channel
+    variable: str
+    component: str
+    group: str
+    accuracy: float | None = None
+    offset: float = 0.0
+    latency: float = 0.0
+    value: Expression | None = None
+    when: Expression | None = None
+    raw: bool = False
+    trusted: bool = False

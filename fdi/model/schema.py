@@ -1,0 +1,136 @@
+"""What shape has an airframe file? The spec of ``format: 1``, checked entry by entry.
+
+Only shape is checked here (which keys, which types); what the entries mean together is checked in
+``load.py``. Every problem comes with its path, which the YAML reader turns into a line.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=80)]
+Quantity = float | str
+"""A number in the variable's unit, or a number with a unit: ``0.3 m/s``."""
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+
+def _text_entry(value: Any) -> Any:
+    """Return an equation that is written as its text alone as an entry."""
+    return {"text": value} if isinstance(value, str) else value
+
+
+class ComponentEntry(_Entry):
+    """A component."""
+
+    group: str = "other"
+    description: str = ""
+    affects: list[Name] = []
+
+
+class VariableEntry(_Entry):
+    """A variable."""
+
+    unit: str
+    domain: tuple[float | None, float | None] = (None, None)
+    circular: bool = False
+    description: str = ""
+
+
+class LogParameter(_Entry):
+    """Where a parameter stands in the log: its name there, or its names over firmware versions."""
+
+    name: str | list[str]
+    scale: float = 1.0
+
+
+class Identify(_Entry):
+    """A parameter to identify from flights."""
+
+    prior: float
+    bounds: tuple[float, float]
+
+
+class ParameterEntry(_Entry):
+    """A parameter: a value, or what to identify."""
+
+    unit: str
+    value: float | None = None
+    source: str = ""
+    log: LogParameter | None = None
+    identify: Identify | None = None
+    description: str = ""
+
+
+class EquationEntry(_Entry):
+    """An equation or equality."""
+
+    text: str
+    when: str | None = None
+    solves: list[Name] | None = None
+    cost: float = Field(default=1.0, gt=0)
+    fault: str | None = None
+    component: Name | None = None
+    tolerance: Quantity | None = None
+
+
+class LimitEntry(_Entry):
+    """A limit."""
+
+    variable: Name
+    min: float | str | None = None
+    max: float | str | None = None
+    component: Name | None = None
+    when: str | None = None
+    solves: list[Name] | None = None
+
+
+class FieldEntry(_Entry):
+    """A field of a message that shows a variable."""
+
+    variable: Name
+    accuracy: Quantity | None = None
+    offset: Quantity = 0.0
+    latency: Quantity | None = None
+    value: str | None = None
+    when: str | None = None
+    raw: bool = False
+    component: Name | None = None
+    group: str | None = None
+
+
+class MeasurementEntry(_Entry):
+    """A message of the log."""
+
+    fields: dict[str, FieldEntry]
+    component: Name | None = None
+    group: str | None = None
+    latency: Quantity = 0.0
+    when: str | None = None
+    description: str = ""
+
+
+Written = Annotated[EquationEntry, BeforeValidator(_text_entry)]
+
+
+class AirframeFile(_Entry):
+    """A whole file."""
+
+    format: Literal[1]
+    name: Name
+    description: str = ""
+    vehicles: list[str] = []
+    include: list[str] = []
+    extends: str | None = None
+    components: dict[Name, ComponentEntry] = {}
+    variables: dict[Name, VariableEntry] = {}
+    parameters: dict[Name, ParameterEntry] = {}
+    equations: dict[Name, Written] = {}
+    limits: dict[Name, LimitEntry] = {}
+    equalities: dict[Name, Written] = {}
+    inputs: dict[str, MeasurementEntry] = {}
+    measurements: dict[str, MeasurementEntry] = {}

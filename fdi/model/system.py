@@ -1,0 +1,309 @@
+"""Which equations hold with the telemetry of this very log, and which faults do they bring?
+
+In: an airframe and a log. Out: a ``System``. Every relation, limit and equality of the model is in
+it; a measurement is in it when its channel is in the log, and brings one equation and one fault.
+Whether an equation can be solved for an unknown follows from its expression (see ``calculus.py``)
+unless the model says otherwise.
+
+The trap for a maintainer: inside a measurement equation the channel's value is always called
+``measured``, so that expressions of equal shape stay equal whatever the channel is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+from numpy.typing import NDArray
+
+from fdi.errors import LogError, ModelError
+from fdi.model.calculus import isolate
+from fdi.model.dimensions import dimension
+from fdi.model.evaluate import evaluate
+from fdi.model.expression import Expression, Symbol, differential, symbols
+from fdi.model.parts import Component, Equation, Kind, Measurement, Parameter, Variable
+from fdi.structure import Fault as StructuralFault
+from fdi.structure import Model
+from fdi.telemetry import Channel, Log, Request
+
+if TYPE_CHECKING:
+    from fdi.model.airframe import Airframe
+
+MEASURED: Final = "measured"
+EdgeKind = Literal["solvable", "fixed", "derivative", "integral"]
+DIFFERENTIAL: Final = ("derivative", "integral")
+
+
+@dataclass(frozen=True, slots=True)
+class SystemEquation:
+    """An equation over the unknowns of one system.
+
+    Attributes
+    ----------
+    edges : mapping of str to EdgeKind
+        For every unknown it holds: ``solvable`` for it, ``fixed`` (non-invertible), or its
+        ``derivative`` or ``integral`` edge.
+    circular : bool
+        Whether its two sides are angles, so that their difference wraps.
+    measurement : Measurement or None
+        The channel, where the equation is one.
+    """
+
+    name: str
+    kind: Kind
+    left: Expression
+    right: Expression
+    edges: Mapping[str, EdgeKind]
+    circular: bool = False
+    when: Expression | None = None
+    cost: float = 1.0
+    fault: str | None = None
+    component: str | None = None
+    tolerance: float = 0.0
+    measurement: Measurement | None = None
+    text: str = ""
+
+    @property
+    def differential(self) -> tuple[str, str] | None:
+        """Return (derivative, state) of ``y = der(x)``, else None."""
+        return differential(self.left, self.right)
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault of a system, by the equation that it enters."""
+
+    name: str
+    component: str
+    group: str
+    equation: int
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterValue:
+    """The value a parameter has in this system; ``source`` is default, log or identified."""
+
+    value: float
+    unit: str
+    source: Literal["default", "log", "identified"]
+    std: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """The equations that hold with one log.
+
+    Attributes
+    ----------
+    channels : tuple of Request
+        What to ask of the log: every measured channel.
+    shown : mapping of str to Channel
+        For every measured variable its first channel, which conditions of equations read.
+    warnings : tuple of str
+        What of the model could not be used with this log, and why.
+    """
+
+    name: str
+    sha256: str
+    equations: tuple[SystemEquation, ...]
+    unknowns: tuple[str, ...]
+    faults: tuple[Fault, ...]
+    channels: tuple[Request, ...]
+    variables: Mapping[str, Variable]
+    parameters: Mapping[str, ParameterValue]
+    components: Mapping[str, Component]
+    shown: Mapping[str, Channel]
+    warnings: tuple[str, ...] = ()
+
+    def structure(self, *, limits: bool = True) -> Model:
+        """Return the incidence of the system, as pure structure.
+
+        Parameters
+        ----------
+        limits : bool
+            False leaves limits and equalities out: they are no redundancy for a cross-check. The
+            names of the equations, not their numbers, then lead back to the system.
+        """
+        checks = () if limits else (Kind.LIMIT, Kind.EQUALITY)
+        kept = [i for i, equation in enumerate(self.equations) if equation.kind not in checks]
+        row_of = {number: row for row, number in enumerate(kept)}
+        names = [n for n in self.unknowns if any(n in self.equations[i].edges for i in kept)]
+        place = {name: column for column, name in enumerate(names)}
+        edges = [
+            (row_of[i], place[name], kind)
+            for i in kept
+            for name, kind in self.equations[i].edges.items()
+        ]
+        return Model(
+            equations=tuple(self.equations[i].name for i in kept),
+            unknowns=tuple(names),
+            rows=tuple(tuple(sorted(place[n] for n in self.equations[i].edges)) for i in kept),
+            faults=tuple(
+                StructuralFault(fault.name, (row_of[fault.equation],))
+                for fault in self.faults
+                if fault.equation in row_of
+            ),
+            derivative=tuple((i, j, kind[0]) for i, j, kind in edges if kind in DIFFERENTIAL),
+            nonsolvable=tuple((i, j) for i, j, kind in edges if kind == "fixed"),
+            name=self.name,
+        )
+
+    def __repr__(self) -> str:
+        return (
+            f"<System {self.name}: {len(self.equations)} equations, "
+            f"{len(self.unknowns)} unknowns, {len(self.faults)} faults>"
+        )
+
+
+def build_system(airframe: Airframe, log: Log | None) -> System:
+    """Return the system; see :meth:`fdi.model.airframe.Airframe.observe`."""
+    warnings: list[str] = []
+    present = [m for m in airframe.measurements if _is_present(m, log, airframe, warnings)]
+    if not present:
+        raise LogError(
+            f"holds no message that the model {airframe.name!r} measures",
+            where=log.name if log else "",
+            hint="choose another model with --model",
+        )
+    equations = [_relation(e, airframe) for e in airframe.equations]
+    equations += [_shown(m, airframe) for m in present]
+    unknowns = [name for equation in equations for name in equation.edges]
+    shown: dict[str, Channel] = {}
+    for measurement in sorted(present, key=lambda m: not m.trusted):
+        shown.setdefault(measurement.variable, measurement.channel)
+    return System(
+        name=airframe.name,
+        sha256=airframe.sha256,
+        equations=tuple(equations),
+        unknowns=tuple(sorted(set(unknowns))),
+        faults=tuple(_faults(equations, airframe)),
+        channels=tuple(_request(m, airframe.variables[m.variable]) for m in present),
+        variables=airframe.variables,
+        parameters={name: _value(p, log) for name, p in airframe.parameters.items()},
+        components=airframe.components,
+        shown=shown,
+        warnings=tuple(warnings),
+    )
+
+
+def _is_present(
+    measurement: Measurement, log: Log | None, airframe: Airframe, warnings: list[str]
+) -> bool:
+    if log is None:
+        return True
+    channel = measurement.channel
+    if channel.source not in log:
+        return False
+    message = log[channel.source]
+    missing = [name for name in _fields(measurement) if name not in message.fields]
+    if missing:
+        warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
+        return False
+    if measurement.value is not None or measurement.raw:
+        return True
+    own, wanted = message.unit(channel.field), airframe.variables[measurement.variable].unit
+    if own not in (wanted, "") and not dimension(own).fits(dimension(wanted)):
+        raise ModelError(
+            f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
+            where=str(channel),
+        )
+    return channel in log.channels
+
+
+def _fields(measurement: Measurement) -> tuple[str, ...]:
+    """Return the message fields that a measurement reads."""
+    states = {"armed", "airborne", "mode", "phase"}
+    own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
+    condition = symbols(measurement.when) if measurement.when else ()
+    names = (*own, *(name for name in condition if name not in states))
+    return tuple(dict.fromkeys(names))
+
+
+def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
+    names = dict.fromkeys((*symbols(equation.left), *symbols(equation.right)))
+    unknowns = [name for name in names if name in airframe.variables]
+    return SystemEquation(
+        equation.name,
+        equation.kind,
+        equation.left,
+        equation.right,
+        {name: _edge(equation, name, airframe.variables[name]) for name in unknowns},
+        circular=any(
+            isinstance(side, Symbol)
+            and side.name in airframe.variables
+            and airframe.variables[side.name].circular
+            for side in (equation.left, equation.right)
+        ),
+        when=equation.when,
+        cost=equation.cost,
+        fault=equation.fault,
+        component=equation.component,
+        tolerance=equation.tolerance,
+        text=equation.text,
+    )
+
+
+def _edge(equation: Equation, name: str, variable: Variable) -> EdgeKind:
+    pair = differential(equation.left, equation.right)
+    if pair:
+        return "derivative" if pair[0] == name else "integral"
+    if equation.solves is not None:
+        return "solvable" if name in equation.solves else "fixed"
+    signed = variable.low is None or variable.low < 0
+    solution = isolate(equation.left, equation.right, name, signed=signed)
+    return "solvable" if solution is not None and len(solution.roots) == 1 else "fixed"
+
+
+def _shown(measurement: Measurement, airframe: Airframe) -> SystemEquation:
+    return SystemEquation(
+        str(measurement.channel),
+        Kind.INPUT if measurement.trusted else Kind.MEASUREMENT,
+        Symbol(measurement.variable),
+        Symbol(MEASURED),
+        {measurement.variable: "solvable"},
+        circular=airframe.variables[measurement.variable].circular,
+        fault=None if measurement.trusted else str(measurement.channel),
+        component=measurement.component,
+        measurement=measurement,
+        text=f"{measurement.variable} = {measurement.channel}",
+    )
+
+
+def _faults(equations: list[SystemEquation], airframe: Airframe) -> list[Fault]:
+    faults = []
+    for number, equation in enumerate(equations):
+        if equation.fault is None:
+            continue
+        component = equation.component or "outside_model"
+        group = (
+            equation.measurement.group
+            if equation.measurement and equation.measurement.group != "other"
+            else airframe.components[component].group
+        )
+        faults.append(Fault(equation.fault, component, group, number))
+    return faults
+
+
+def _request(measurement: Measurement, variable: Variable) -> Request:
+    return Request(
+        channel=measurement.channel,
+        fields=_fields(measurement),
+        value=None if measurement.value is None else _compute(measurement.value),
+        valid=None if measurement.when is None else _compute(measurement.when),
+        raw=measurement.raw,
+        circular=variable.circular,
+        latency=measurement.latency,
+    )
+
+
+def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[Any]]:
+    return lambda columns: evaluate(expression, columns)
+
+
+def _value(parameter: Parameter, log: Log | None) -> ParameterValue:
+    for name in parameter.log_names if log else ():
+        assert log is not None
+        if name in log.parameters:
+            return ParameterValue(log.parameters[name] * parameter.log_scale, parameter.unit, "log")
+    return ParameterValue(parameter.value, parameter.unit, "default")

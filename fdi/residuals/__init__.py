@@ -1,0 +1,28 @@
+"""Turns test sets into ordered computations and runs them over a flight.
+
+Given the equations of a system; sought for every minimal test set a matching and an equation left
+over, such that everything can be computed in order from what was measured. ``System`` -> ``Bank``;
+``Bank`` + ``Signals`` -> ``Residuals``.
+
+- ``build.py``: from test sets to a bank
+- ``rules.py``, ``graph.py``: which matchings are valid
+- ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
+- ``bank.py``: the values
+- ``differentiate.py``: derivatives and their noise gain
+- ``evaluate.py``: residual columns with their predicted spread
+- ``cache.py``: a compiled bank on disk
+"""
+
+from fdi.residuals.bank import Bank, Generator, NotImplementable
+from fdi.residuals.build import build_bank
+from fdi.residuals.differentiate import Differentiation
+from fdi.residuals.evaluate import Residuals
+
+__all__ = [
+    "Bank",
+    "Differentiation",
+    "Generator",
+    "NotImplementable",
+    "Residuals",
+    "build_bank",
+]

@@ -1,0 +1,326 @@
+"""What does every residual say over the whole flight, and how far may it stray in health?
+
+In: a bank, signals and how to differentiate. Out: ``Residuals``: one column per generator with its
+predicted spread. The graph of the bank is walked once. Beside its value, every node carries the
+effects of its inputs: how far it moves when one input is moved by its standard deviation. An effect
+of a function is the difference between the function at the moved and at the given arguments, so a
+residual's Jacobian is never formed, and loops and conditions are treated like everything else. A
+derivative multiplies effects by its noise gain. The spread is the root of the sum of squares.
+
+The noise of an input has two parts: the channel's stated accuracy, and its rate of change times the
+uncertainty of its time, a quarter of the channel's own period (the reason why residuals swell in
+manoeuvres). A constant offset that a healthy sensor may have is carried likewise, apart, as are
+tolerances of equations; they bound, they do not spread.
+
+A node is dropped when the last node that needs it is done, so memory stays small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fdi.model.evaluate import Column, Floats, evaluate, wrap
+from fdi.model.expression import Symbol
+from fdi.residuals.bank import Bank, Node
+from fdi.residuals.differentiate import Differentiation, differentiate
+from fdi.residuals.newton import follow, solve_loop
+from fdi.telemetry import Channel, Signals
+
+if TYPE_CHECKING:
+    import pandas
+
+TIMING_SHARE: Final = 0.25
+"""Standard deviation of a record's time as a share of its channel's period (a uniform delay within
+one period has 0.29)."""
+
+Effects = dict[tuple[str, int, int], Floats]
+"""(``noise`` or ``offset``, source, generation) to the column by which the value moves."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residuals:
+    """Residual columns, in the order of the bank's generators.
+
+    Attributes
+    ----------
+    values : (r, n) float
+        In each residual's own unit; NaN where an input is unknown or a condition does not hold.
+    spread : (r, n) float
+        Predicted standard deviation in health; 0 where the model states no accuracy.
+    allowance : (r, n) float
+        How far a constant offset of healthy sensors may move it.
+    tolerance : (r,) float
+        How far it may stray by the model's own statement.
+    delay_s : (r,) float
+        How long after a sample the data that its value needs are complete.
+    signals : Signals
+        Handed on with the log's events, flights and parameters.
+    """
+
+    bank: Bank
+    values: Floats
+    spread: Floats
+    allowance: Floats
+    tolerance: Floats
+    delay_s: Floats
+    signals: Signals
+
+    @property
+    def t(self) -> Floats:
+        """Return the grid, (n,) s of the log's clock."""
+        return self.signals.t
+
+    def frame(self) -> pandas.DataFrame:
+        """Return the values as a frame, time by residual."""
+        import pandas as pd
+
+        columns = [generator.id for generator in self.bank.generators]
+        return pd.DataFrame(self.values.T, index=pd.Index(self.t, name="t"), columns=columns)
+
+    def __repr__(self) -> str:
+        return f"<Residuals {len(self.values)} over {len(self.t)} samples>"
+
+
+@dataclass(slots=True)
+class _Value:
+    """A node's column, its effects, and how many samples ahead it looks."""
+
+    column: Floats
+    effects: Effects
+    ahead: int = 0
+    parts: tuple[_Value, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Context:
+    bank: Bank
+    signals: Signals
+    recipe: Differentiation
+    constants: Mapping[str, Column]
+    states: Mapping[str, Column]
+    step: float
+
+    @property
+    def real_part(self) -> bool:
+        return self.recipe.imaginary == "real_part"
+
+
+def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Residuals:
+    """Return the residuals; see :meth:`fdi.residuals.bank.Bank.evaluate`."""
+    system = bank.system
+    state = signals.state
+    context = _Context(
+        bank,
+        signals,
+        recipe,
+        {name: np.float64(p.value) for name, p in system.parameters.items()},  # type: ignore[misc]
+        {
+            "armed": state.armed,
+            "airborne": state.airborne,
+            "mode": state.mode,
+            "phase": state.phase,
+        },
+        1.0 / signals.rate_hz,
+    )
+    count, size = len(bank.generators), len(signals.t)
+    rows: dict[int, list[int]] = {}
+    for row, generator in enumerate(bank.generators):
+        rows.setdefault(generator.node, []).append(row)
+    values, spread, allowance = (np.full((count, size), np.nan) for _ in range(3))
+    ahead = np.zeros(count)
+    last_use = _last_uses(bank)
+    done: dict[int, _Value] = {}
+    for number, node in enumerate(bank.nodes):
+        done[number] = _compute(node, done, context)
+        for row in rows.get(number, ()):
+            value = done[number]
+            values[row] = value.column
+            spread[row] = _root_sum(value.effects, "noise", size)
+            allowance[row] = _sum(value.effects, "offset", size)
+            ahead[row] = value.ahead * context.step
+        for used in {argument for _, argument in (*node.arguments, *node.gate_arguments)}:
+            if last_use[used] == number:
+                del done[used]
+        if last_use.get(number, number) == number:
+            done.pop(number, None)
+    tolerance = np.array([system.equations[g.residual].tolerance for g in bank.generators])
+    for array in (values, spread, allowance, tolerance, ahead):
+        array.flags.writeable = False
+    return Residuals(bank, values, spread, allowance, tolerance, ahead, signals)
+
+
+def _last_uses(bank: Bank) -> dict[int, int]:
+    return {
+        argument: number
+        for number, node in enumerate(bank.nodes)
+        for _, argument in (*node.arguments, *node.gate_arguments)
+    }
+
+
+def _root_sum(effects: Effects, kind: str, size: int) -> Floats:
+    total = np.zeros(size)
+    for (own, _, _), effect in effects.items():
+        if own == kind:
+            total += effect**2
+    return np.sqrt(total)
+
+
+def _sum(effects: Effects, kind: str, size: int) -> Floats:
+    total = np.zeros(size)
+    for (own, _, _), effect in effects.items():
+        if own == kind:
+            total += np.abs(effect)
+    return total
+
+
+def _compute(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+    match node.kind:
+        case "channel":
+            return _channel(node, context)
+        case "part":
+            return _part(node, done, context)
+        case "derivative":
+            value = _derivative(node, done, context)
+        case "loop":
+            value = _loop(node, done, context)
+        case _:
+            value = _function(node, done, context)
+    if node.gate is not None:
+        columns = {name: done[i].column for name, i in node.gate_arguments}
+        holds = evaluate(node.gate, {**context.constants, **context.states, **columns})
+        for part in (value, *value.parts):
+            part.column = np.where(holds, part.column, np.nan)
+    return value
+
+
+def _channel(node: Node, context: _Context) -> _Value:
+    measurement = context.bank.system.equations[node.equation].measurement
+    assert measurement is not None
+    column = context.signals.columns[measurement.channel]
+    circular = context.bank.system.variables[measurement.variable].circular
+    effects: Effects = {}
+    if measurement.accuracy is not None:
+        noise = _noise(column, measurement.channel, measurement.accuracy, circular, context)
+        effects["noise", node.equation, 0] = noise
+    if measurement.offset:
+        effects["offset", node.equation, 0] = np.full(len(column), measurement.offset)
+    return _Value(column, effects)
+
+
+def _noise(
+    column: Floats, channel: Channel, accuracy: float, circular: bool, context: _Context
+) -> Floats:
+    step = np.diff(column, prepend=column[:1])
+    if circular:
+        step = wrap(step)
+    rate = np.abs(np.nan_to_num(step)) / context.step
+    # A change shows in the sample before and after it as well: interpolation spreads it.
+    rate = np.maximum(rate, np.maximum(np.roll(rate, 1), np.roll(rate, -1)))
+    timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
+    return np.hypot(accuracy, timing * rate)
+
+
+def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+    system = context.bank.system
+    equation = system.equations[node.equation]
+    circular = (
+        equation.circular
+        if node.kind == "residual"
+        else system.variables[node.variables[0]].circular
+    )
+    arguments = {name: done[i] for name, i in node.arguments}
+    given = {name: value.column for name, value in arguments.items()}
+
+    def compute(columns: Mapping[str, Column]) -> Floats:
+        everything = {**context.constants, **columns}
+        roots = [evaluate(e, everything, real_part=context.real_part) for e in node.expressions]
+        size = len(context.signals.t)
+        stacked = np.array([np.broadcast_to(root, size) for root in roots])
+        value = stacked[0] if len(roots) == 1 else _choose(stacked, node, context)
+        return wrap(value) if circular else value
+
+    column = compute(given)
+    effects = _moved(compute, column, arguments, circular)
+    if node.kind == "solve" and equation.tolerance:
+        sides = (equation.left, equation.right)
+        if Symbol(node.variables[0]) in sides:
+            effects["offset", -1 - node.equation, 0] = np.full(len(column), equation.tolerance)
+    ahead = max((value.ahead for value in arguments.values()), default=0)
+    return _Value(column, effects, ahead)
+
+
+def _moved(
+    compute: Callable[[Mapping[str, Column]], Floats],
+    column: Floats,
+    arguments: Mapping[str, _Value],
+    circular: bool,
+) -> Effects:
+    """Return the effects of a function: its change when each input moves all its arguments."""
+    sources = dict.fromkeys(key for value in arguments.values() for key in value.effects)
+    effects: Effects = {}
+    for source in sources:
+        moved = {
+            name: value.column + value.effects[source]
+            if source in value.effects
+            else value.column
+            for name, value in arguments.items()
+        }
+        change = compute(moved) - column
+        effects[source] = np.nan_to_num(wrap(change) if circular else change)
+    return effects
+
+
+def _choose(roots: Floats, node: Node, context: _Context) -> Floats:
+    variable = context.bank.system.variables[node.variables[0]]
+    low = -np.inf if variable.low is None else variable.low
+    high = np.inf if variable.high is None else variable.high
+    inside = np.where((roots >= low) & (roots <= high), roots, np.nan)
+    return follow(inside[:, None, :])[0]
+
+
+def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+    ((name, number),) = node.arguments
+    value = done[number]
+    circular = context.bank.system.variables[name].circular
+    column, gain = differentiate(value.column, context.step, context.recipe, circular=circular)
+    effects: Effects = {
+        # White noise through a difference no longer cancels against the noise it came from.
+        ("noise", source, generation + 1): gain * np.abs(effect)
+        for (kind, source, generation), effect in value.effects.items()
+        if kind == "noise"
+    }
+    return _Value(column, effects, value.ahead + context.recipe.half_width(context.step))
+
+
+def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+    arguments = {name: done[i] for name, i in node.arguments}
+    unknowns = [context.bank.system.variables[name] for name in node.variables]
+
+    def solve(columns: Mapping[str, Column]) -> list[Floats]:
+        solution = solve_loop(node.expressions, unknowns, {**context.constants, **columns})
+        return [np.broadcast_to(column, len(context.signals.t)).copy() for column in solution]
+
+    given = {name: value.column for name, value in arguments.items()}
+    columns = solve(given)
+    sources = dict.fromkeys(key for value in arguments.values() for key in value.effects)
+    effects: list[Effects] = [{} for _ in columns]
+    for source in sources:
+        moved = {
+            name: value.column + value.effects.get(source, 0.0)
+            for name, value in arguments.items()
+        }
+        for own, column, after in zip(effects, columns, solve(moved), strict=True):
+            own[source] = np.nan_to_num(after - column)
+    ahead = max((value.ahead for value in arguments.values()), default=0)
+    parts = tuple(_Value(c, e, ahead) for c, e in zip(columns, effects, strict=True))
+    return _Value(columns[0], {}, ahead, parts)
+
+
+def _part(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+    ((_, number),) = node.arguments
+    place = context.bank.nodes[number].variables.index(node.variables[0])
+    return done[number].parts[place]

@@ -1,0 +1,317 @@
+"""What does an analysis hold, and what is it as JSON? The value that the corridor returns.
+
+``Analysis`` keeps the value of every stage. :func:`document` turns it into ``analysis.json``
+(``schema_version`` 1, its JSON Schema is ``fdi/report/analysis.schema.json``): numbers finite or
+null, keys in a fixed order, the same bytes for the same input, timings and command line aside.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fdi.decision import Alarms, Policy
+from fdi.diagnosis import Diagnosis, Finding, Isolability, runs
+from fdi.model import Airframe, System
+from fdi.residuals import Bank, Residuals
+from fdi.telemetry import Log, Signals
+
+if TYPE_CHECKING:
+    import pandas
+
+SCHEMA_VERSION: Final = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Analysis:
+    """The value of every stage of one analysis.
+
+    Attributes
+    ----------
+    writer : callable
+        Writes the report; handed in by the corridor, because ``fdi.report`` lies above this room.
+    timings : mapping of str to float
+        Wall seconds of every stage.
+    """
+
+    log: Log
+    airframe: Airframe
+    policy: Policy
+    system: System
+    bank: Bank
+    signals: Signals
+    residual_values: Residuals
+    alarms: Alarms
+    diagnosis: Diagnosis
+    warnings: tuple[str, ...]
+    timings: Mapping[str, float]
+    command: tuple[str, ...]
+    version: str
+    writer: Callable[[Analysis, Path, Sequence[str] | None, bool], Path] = field(repr=False)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Return the accused components, causes before effects."""
+        return self.diagnosis.findings
+
+    @property
+    def verdict(self) -> str:
+        """Return the answer in one sentence."""
+        return self.diagnosis.verdict
+
+    @property
+    def fault_grid(self) -> pandas.DataFrame:
+        """Return the marks of every fault over time: index t, a column per fault."""
+        return self.diagnosis.grid.frame()
+
+    @property
+    def isolability(self) -> pandas.DataFrame:
+        """Return which fault is isolable from which, by the residual generators."""
+        return self.diagnosis.implementable.frame()
+
+    @property
+    def residuals(self) -> pandas.DataFrame:
+        """Return every residual over time, a column per generator."""
+        return self.residual_values.frame()
+
+    def document(self) -> dict[str, Any]:
+        """Return what ``analysis.json`` holds."""
+        return document(self)
+
+    def report(
+        self, out: str | Path, formats: Sequence[str] | None = None, *, force: bool = False
+    ) -> Path:
+        """Write the report into a folder and return the folder.
+
+        Parameters
+        ----------
+        out : str or Path
+        formats : sequence of str, optional
+            Of ``html, json, csv, png, svg, txt, parquet``; by default all.
+        force : bool
+            Replace a folder that is not one of ours.
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written, or is not ours.
+        """
+        return self.writer(self, Path(out), formats, force)
+
+    def __repr__(self) -> str:
+        return f"<Analysis of {self.log.name}: {self.verdict}>"
+
+
+def document(analysis: Analysis) -> dict[str, Any]:
+    """Return ``analysis.json`` as plain values; see ``interfaces`` in the docs."""
+    diagnosis = analysis.diagnosis
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "tool": {
+            "name": "uav-fdi",
+            "version": analysis.version,
+            "command": list(analysis.command),
+        },
+        "log": _log(analysis),
+        "model": {
+            "name": analysis.airframe.name,
+            "sha256": analysis.airframe.sha256,
+            "parameters": {
+                name: {
+                    "value": _number(value.value),
+                    "unit": value.unit,
+                    "source": value.source,
+                    "std": _number(value.std),
+                }
+                for name, value in analysis.system.parameters.items()
+            },
+        },
+        "policy": {
+            "name": analysis.policy.name,
+            "sha256": analysis.policy.sha256,
+            "budget_per_hour": None,
+        },
+        "quality": [
+            {
+                "kind": record.kind,
+                "channel": None if record.channel is None else str(record.channel),
+                "start_s": _number(record.start),
+                "end_s": _number(record.end),
+                "count": record.count,
+                "text": record.text,
+            }
+            for record in analysis.log.quality
+        ],
+        "structure": _structure(analysis),
+        "verdict": diagnosis.verdict,
+        "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
+        "consequences": [
+            {
+                "component": item.component,
+                "faults": list(item.faults),
+                "onset": moment(item.onset, analysis.log),
+                "because_of": item.because_of,
+                "text": item.text,
+            }
+            for item in diagnosis.consequences
+        ],
+        "ruled_out": [
+            {"component": item.component, "text": item.text, "residuals": list(item.residuals)}
+            for item in diagnosis.ruled_out
+        ],
+        "not_testable": [
+            {"component": item.component, "text": item.text} for item in diagnosis.not_testable
+        ],
+        "fault_grid": _grid(analysis),
+        "residuals": _residuals(analysis),
+        "methods": {},
+        "warnings": list(analysis.warnings),
+        "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _number(value: float | None) -> float | None:
+    """Return a finite number rounded to nine significant digits, or None."""
+    if value is None or not math.isfinite(value):
+        return None
+    return float(f"{value:.9g}")
+
+
+def moment(t: float | None, log: Log) -> dict[str, Any] | None:
+    """Return a time of the log's clock with what it is since boot and in UTC."""
+    if t is None:
+        return None
+    return {"log_s": _number(t), "boot_s": _number(log.clock.boot(t)), "utc": log.clock.utc(t)}
+
+
+def _log(analysis: Analysis) -> dict[str, Any]:
+    log = analysis.log
+    return {
+        "name": log.name,
+        "sha256": log.sha256,
+        "format": log.format,
+        "bytes": log.bytes,
+        "duration_s": _number(log.duration),
+        "vehicle": log.vehicle,
+        "autopilot": log.autopilot,
+        "firmware": log.firmware,
+        "files": [log.name],
+        "system_id": log.system_id,
+        "start_utc": log.clock.utc(0.0),
+        "boot_offset_s": _number(log.clock.boot(0.0)),
+        "flights": [
+            {
+                "start_s": _number(flight.start),
+                "end_s": _number(flight.end),
+                "takeoff_s": _number(flight.takeoff),
+                "landing_s": _number(flight.landing),
+                "impact_s": _number(flight.impact),
+            }
+            for flight in log.flights
+        ],
+    }
+
+
+def _isolability(value: Isolability) -> dict[str, Any]:
+    names = list(value.faults)
+    return {
+        "detectable": [n for n, seen in zip(names, value.detectable, strict=True) if seen],
+        "undetectable": [n for n, seen in zip(names, value.detectable, strict=True) if not seen],
+        "isolability": {
+            "faults": names,
+            "rows": ["".join("1" if cell else "0" for cell in row) for row in value.matrix],
+        },
+        "not_isolable_groups": [list(group) for group in value.groups],
+    }
+
+
+def _structure(analysis: Analysis) -> dict[str, Any]:
+    diagnosis = analysis.diagnosis
+    return {
+        "equations": len(analysis.system.equations),
+        "unknowns": len(analysis.system.unknowns),
+        "faults": len(analysis.system.faults),
+        "redundancy": diagnosis.decomposition.redundancy,
+        "graph_components": diagnosis.graph_components,
+        "residual_generators": len(analysis.bank.generators),
+        **_isolability(diagnosis.implementable),
+        "structural": _isolability(diagnosis.structural),
+    }
+
+
+def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
+    return {
+        "rank": finding.rank,
+        "flight": finding.flight,
+        "component": finding.component,
+        "faults": list(finding.faults),
+        "kind": finding.kind,
+        "onset": moment(finding.onset, analysis.log),
+        "alarm": moment(finding.alarm, analysis.log),
+        "end": moment(finding.end, analysis.log),
+        "confidence": _number(finding.confidence),
+        "inseparable_from": list(finding.inseparable_from),
+        "evidence": {
+            "text": finding.evidence.text,
+            "residuals": list(finding.evidence.residuals),
+            "channels": list(finding.evidence.channels),
+        },
+    }
+
+
+def _rounded(intervals: list[list[float]]) -> list[list[float | None]]:
+    return [[_number(edge) for edge in interval] for interval in intervals]
+
+
+def _grid(analysis: Analysis) -> dict[str, Any]:
+    grid = analysis.diagnosis.grid
+    return {
+        "t": [_number(t) for t in grid.t],
+        "rows": [
+            {
+                "fault": fault,
+                "component": grid.components[row],
+                "group": grid.groups[row],
+                "intervals": _rounded(grid.intervals(row, 1)),
+                "unknown": _rounded(grid.intervals(row, -1)),
+            }
+            for row, fault in enumerate(grid.faults)
+        ],
+    }
+
+
+def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
+    names = [equation.name for equation in analysis.system.equations]
+    rows: list[dict[str, Any]] = []
+    for row, generator in enumerate(analysis.bank.generators):
+        threshold = analysis.alarms.threshold[row]
+        known = threshold[np.isfinite(threshold)]
+        rows.append(
+            {
+                "id": generator.id,
+                "equations": [names[i] for i in generator.equations],
+                "signature": list(generator.faults),
+                "threshold": _number(float(np.median(known))) if len(known) else None,
+                "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
+                "status": "ok",
+                "why": "",
+            }
+        )
+    for number, refused in enumerate(analysis.bank.not_implementable, 1):
+        rows.append(
+            {
+                "id": f"n{number}",
+                "equations": [names[i] for i in refused.equations],
+                "signature": list(refused.faults),
+                "threshold": None,
+                "triggered": [],
+                "status": "not implementable",
+                "why": refused.why,
+            }
+        )
+    return rows

@@ -1,0 +1,42 @@
+"""Answers what a set of equations could reveal, from its structure alone.
+
+Given which equation contains which unknown, and which equations each fault enters; sought are the
+sets of equations that can be tested, such that every test has more equations than unknowns and none
+that it could do without, and, from them or directly, which faults can be detected and told apart.
+
+In: :class:`Model`. Out: bit sets of equations (int, bit i is equation i), parts, boolean arrays.
+Nothing here knows of logs, flights, units or the text of an equation.
+
+- ``incidence.py``: the model; bit sets; reference files
+- ``matching.py``: a maximum matching of equations with unknowns
+- ``decomposition.py``: over-, just- and underdetermined part, graph components
+- ``equivalence.py``: equations that leave the overdetermined part together
+- ``testsets.py``: MSO sets, MTES and a bound on their number
+- ``dual.py``: the vectors in which removing an equation is a projection
+- ``flats.py``: the search over these vectors
+- ``field.py``: packed arithmetic modulo 2^61 - 1
+- ``isolability.py``: detectable and isolable faults, of a model and of a bank
+"""
+
+from fdi.structure.decomposition import decompose, graph_components
+from fdi.structure.equivalence import classes
+from fdi.structure.incidence import Fault, Model, bitset, load_reference, members, submodel
+from fdi.structure.isolability import detectable, isolability
+from fdi.structure.testsets import count_bound, mso_sets, mtes_sets
+
+__all__ = [
+    "Fault",
+    "Model",
+    "bitset",
+    "classes",
+    "count_bound",
+    "decompose",
+    "detectable",
+    "graph_components",
+    "isolability",
+    "load_reference",
+    "members",
+    "mso_sets",
+    "mtes_sets",
+    "submodel",
+]

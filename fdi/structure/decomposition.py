@@ -1,0 +1,302 @@
+"""Splits a model into its over-, just- and underdetermined part, and into graph components.
+
+In: a :class:`~fdi.structure.incidence.Model`, or bare rows. Out: parts, each with its equations and
+unknowns. From one maximum matching: the overdetermined part is what alternating paths reach from
+unmatched equations, the underdetermined part what they reach from unmatched unknowns, the rest is
+just determined, and its strongly connected components are the Hall blocks.
+
+The trap: an equation without unknowns is never matched, so it is overdetermined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from fdi.structure.incidence import Model, Rows
+from fdi.structure.matching import match
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Is a part of a model: its equations and its unknowns, as ascending indices.
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> Part((0, 1), (0,)).redundancy
+    1
+    """
+
+    equations: tuple[int, ...]
+    unknowns: tuple[int, ...]
+
+    @property
+    def redundancy(self) -> int:
+        """Number of equations minus number of unknowns."""
+        return len(self.equations) - len(self.unknowns)
+
+
+@dataclass(frozen=True, slots=True)
+class Decomposition:
+    """Is the decomposition of Dulmage and Mendelsohn.
+
+    Parameters
+    ----------
+    over, just, under : Part
+        Disjoint; together they hold every equation and every unknown.
+    hall : tuple of Part
+        Hall blocks of the just-determined part, by their smallest equation: the smallest square
+        systems that can be solved one after another.
+    rank : int
+        Size of a maximum matching.
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> decompose(Model.from_matrix([[1, 0], [1, 0], [0, 1]]))
+    <Decomposition: over 2 x 1, just 1 x 1, under 0 x 0, redundancy 1, rank 2>
+    """
+
+    over: Part
+    just: Part
+    under: Part
+    hall: tuple[Part, ...]
+    rank: int
+
+    @property
+    def redundancy(self) -> int:
+        """Number of equations minus number of unknowns of the overdetermined part."""
+        return self.over.redundancy
+
+    def __repr__(self) -> str:
+        parts = ", ".join(
+            f"{name} {len(part.equations)} x {len(part.unknowns)}"
+            for name, part in (("over", self.over), ("just", self.just), ("under", self.under))
+        )
+        return f"<Decomposition: {parts}, redundancy {self.redundancy}, rank {self.rank}>"
+
+
+def decompose(model: Model) -> Decomposition:
+    """Return the over-, just- and underdetermined part of a model.
+
+    Parameters
+    ----------
+    model : Model
+
+    Returns
+    -------
+    Decomposition
+
+    Notes
+    -----
+    The parts do not depend on which maximum matching is found. Cost: that of the matching.
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> parts = decompose(Model.from_matrix([[1, 0, 0], [1, 0, 0], [1, 1, 1]]))
+    >>> parts.over.equations, parts.under.equations, parts.under.unknowns
+    ((0, 1), (2,), (1, 2))
+    """
+    rows, n = model.rows, len(model.unknowns)
+    equation_of, unknown_of = match(rows, n)
+    over = set(reached(rows, equation_of, unknown_of))
+    over_unknowns = {unknown for equation in over for unknown in rows[equation]}
+    under, under_unknowns = _underdetermined(rows, equation_of, unknown_of)
+    just = [e for e in range(len(rows)) if e not in over and e not in under]
+    just_unknowns = [u for u in range(n) if u not in over_unknowns and u not in under_unknowns]
+    return Decomposition(
+        _part(over, over_unknowns),
+        _part(just, just_unknowns),
+        _part(under, under_unknowns),
+        _hall_blocks(rows, just, just_unknowns, equation_of),
+        sum(equation >= 0 for equation in equation_of),
+    )
+
+
+def overdetermined(rows: Rows) -> tuple[int, ...]:
+    """Return the equations of the overdetermined part, ascending.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+        For each equation the indices of its unknowns.
+
+    Returns
+    -------
+    tuple of int
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> overdetermined(((0,), (0,), (0, 1)))
+    (0, 1)
+    """
+    n_unknowns = 1 + max((unknown for row in rows for unknown in row), default=-1)
+    return tuple(sorted(reached(rows, *match(rows, n_unknowns))))
+
+
+def graph_components(model: Model, equations: Iterable[int] | None = None) -> tuple[Part, ...]:
+    """Return the connected parts of the bipartite graph over the given equations.
+
+    Parameters
+    ----------
+    model : Model
+    equations : iterable of int, optional
+        By default those of the overdetermined part.
+
+    Returns
+    -------
+    tuple of Part
+        By smallest equation. An equation without unknowns is a graph component of its own.
+
+    References
+    ----------
+    Zogopoulos-Papaliakos, Logothetis, Kyriakopoulos, "A Fault Diagnosis Framework for
+    MAVLink-Enabled UAVs Using Structural Analysis", 2018, section III.
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1, 0], [0, 1], [1, 0], [0, 1]])
+    >>> [part.equations for part in graph_components(model)]
+    [(0, 2), (1, 3)]
+    """
+    chosen = overdetermined(model.rows) if equations is None else sorted(set(equations))
+    rows = [model.rows[equation] for equation in chosen]
+    return tuple(
+        _part([chosen[i] for i in group], {unknown for i in group for unknown in rows[i]})
+        for group in connected(rows)
+    )
+
+
+def connected(rows: Rows) -> list[list[int]]:
+    """Return the rows grouped by shared unknowns, groups by their smallest row.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+
+    Returns
+    -------
+    list of list of int
+        Each ascending.
+
+    References
+    ----------
+    As :func:`graph_components`.
+
+    Examples
+    --------
+    >>> connected(((0,), (1,), (0, 2), ()))
+    [[0, 2], [1], [3]]
+    """
+    holders: dict[int, list[int]] = {}
+    for i, row in enumerate(rows):
+        for unknown in row:
+            holders.setdefault(unknown, []).append(i)
+    seen = [False] * len(rows)
+    groups: list[list[int]] = []
+    for start in range(len(rows)):
+        if seen[start]:
+            continue
+        seen[start] = True
+        group = [start]
+        for i in group:  # grows while it is walked
+            for unknown in rows[i]:
+                for other in holders.pop(unknown, ()):
+                    if not seen[other]:
+                        seen[other] = True
+                        group.append(other)
+        groups.append(sorted(group))
+    return groups
+
+
+def reached(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> list[int]:
+    """Return the equations that alternating paths reach from unmatched ones, in order of reach.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+    equation_of, unknown_of : list of int
+        A maximum matching, see :func:`fdi.structure.matching.match`.
+
+    Returns
+    -------
+    list of int
+        The overdetermined part: first the unmatched equations, then breadth first.
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> reached(((0,), (0,), (1,)), [0, 2], [0, -1, 1])
+    [1, 0]
+    """
+    order = [equation for equation, unknown in enumerate(unknown_of) if unknown < 0]
+    seen = set(order)
+    for equation in order:  # grows while it is walked
+        for unknown in rows[equation]:
+            other = equation_of[unknown]
+            if other not in seen:
+                seen.add(other)
+                order.append(other)
+    return order
+
+
+def _underdetermined(
+    rows: Rows, equation_of: list[int], unknown_of: list[int]
+) -> tuple[set[int], set[int]]:
+    holders: dict[int, list[int]] = {}
+    for equation, row in enumerate(rows):
+        for unknown in row:
+            holders.setdefault(unknown, []).append(equation)
+    order = [unknown for unknown, equation in enumerate(equation_of) if equation < 0]
+    unknowns, equations = set(order), set[int]()
+    for unknown in order:  # grows while it is walked
+        for equation in holders.get(unknown, ()):
+            equations.add(equation)
+            if (other := unknown_of[equation]) not in unknowns:
+                unknowns.add(other)
+                order.append(other)
+    return equations, unknowns
+
+
+def _hall_blocks(
+    rows: Rows, just: list[int], just_unknowns: list[int], equation_of: list[int]
+) -> tuple[Part, ...]:
+    if not just:
+        return ()
+    from scipy.sparse import coo_array  # 0.1 s to import, and few models have this part
+    from scipy.sparse.csgraph import connected_components
+
+    position = {equation: i for i, equation in enumerate(just)}
+    inside = set(just_unknowns)
+    arcs = [(position[e], position[equation_of[u]]) for e in just for u in rows[e] if u in inside]
+    tails, heads = zip(*arcs, strict=True)
+    graph = coo_array(([True] * len(arcs), (tails, heads)), shape=(len(just), len(just)))
+    _, label = connected_components(graph, directed=True, connection="strong")
+    blocks: dict[int, tuple[list[int], list[int]]] = {}
+    for equation, block in zip(just, label.tolist(), strict=True):
+        blocks.setdefault(block, ([], []))[0].append(equation)
+    for unknown in just_unknowns:
+        blocks[label[position[equation_of[unknown]]]][1].append(unknown)
+    return tuple(_part(equations, unknowns) for equations, unknowns in blocks.values())
+
+
+def _part(equations: Iterable[int], unknowns: Iterable[int]) -> Part:
+    return Part(tuple(sorted(equations)), tuple(sorted(unknowns)))

@@ -1,0 +1,44 @@
+"""Logs: from a file to columns with units and one clock.
+
+Given a file of an autopilot, sought what it recorded, such that every intact record is there, in SI,
+on one clock, and everything that was lost, repaired or guessed is told.
+
+In: a path. Out: `Log`; on request `Signals`, the quantities that a model asks for on one grid.
+
+reading.py    `read`: path to `Log`, format by content
+formats/      one reader per log format
+log.py        `Log`
+message.py    `Message`: the columns of one message
+channel.py    `Channel`: MESSAGE.field
+clock.py      the log's clock, boot time, UTC
+events.py     `Event`, `Flight`, `FlightState`
+flights.py    take-off, landing, impact from the data
+signals.py    `Request`, `Sampling`, `Signals`: resampling
+quality.py    `QualityRecord`: what was lost or repaired
+catalogue.py  units, sentinels, modes: the tables in data/
+dialect.py    MAVLink message definitions
+"""
+
+from fdi.telemetry.channel import Channel
+from fdi.telemetry.clock import Clock
+from fdi.telemetry.events import Event, Flight, FlightState
+from fdi.telemetry.log import Log
+from fdi.telemetry.message import Message
+from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.reading import read
+from fdi.telemetry.signals import Request, Sampling, Signals
+
+__all__ = [
+    "Channel",
+    "Clock",
+    "Event",
+    "Flight",
+    "FlightState",
+    "Log",
+    "Message",
+    "QualityRecord",
+    "Request",
+    "Sampling",
+    "Signals",
+    "read",
+]

@@ -1,0 +1,313 @@
+"""When did it happen: on the log's clock, since boot, and in UTC?
+
+In: the recorder's stamps of all records, and what the vehicle's own clock said in some of them. Out:
+a `Timeline` (a time for every record) and the log's `Clock`.
+
+The log's clock is in seconds and 0 at the file's first record. A record that says when the vehicle
+made it has that time plus one constant per boot: the lower envelope of (stamp - boot), which is the
+fastest way through the link. For the others the delay of the records around them in the file is taken
+off their stamps, so that a slow or bursting link does not shift one message against another.
+
+Repaired and reported: single wrong stamps, backward steps, steps of the recorder's clock that the
+vehicle's clock does not share, reboots, and pauses of more than an hour between two recordings in one
+file (shortened). Drift between the two clocks (some 50 ppm) is left in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.quality import Kind, QualityRecord
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SPIKE_S: Final = 1.0  # a stamp this far from the median of its neighbours is wrong
+STEP_S: Final = 1.0  # links deliver in order: an earlier stamp after a later one is a step
+REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
+PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between two recordings
+SHORT_PAUSE_S: Final = 60.0  # what is left of it
+_ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
+_UTC_RANGE: Final = (946684800.0, 4102444800.0)  # 2000 to 2100: stamps outside are no UTC
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clock:
+    """Converts the log's clock to seconds since boot and to UTC, piece by piece (one per boot).
+
+    Attributes
+    ----------
+    start : (k,) float64, s
+        From where a piece holds.
+    boot_offset, utc_offset : (k,) float64, s
+        What is added to t; NaN where unknown.
+    boot_uncertainty, utc_uncertainty : float
+        s, 95 %; NaN where unknown. The recorder's UTC is only as good as its host's clock.
+    utc_source : str
+        ``vehicle`` (satellite time), ``recorder`` (host clock) or ``none``.
+    """
+
+    start: Floats
+    boot_offset: Floats
+    utc_offset: Floats
+    boot_uncertainty: float
+    utc_uncertainty: float
+    utc_source: str
+
+    @property
+    def boot_known(self) -> bool:
+        """Whether any time since boot is known."""
+        return bool(np.isfinite(self.boot_offset).any())
+
+    @property
+    def utc_known(self) -> bool:
+        """Whether any UTC is known."""
+        return bool(np.isfinite(self.utc_offset).any())
+
+    def boot(self, t: float) -> float | None:
+        """Return seconds since boot at t, None where unknown."""
+        value = t + float(self.boot_offset[self._piece(t)])
+        return value if np.isfinite(value) else None
+
+    def utc(self, t: float) -> str | None:
+        """Return UTC at t as an ISO 8601 text to the millisecond, None where unknown."""
+        value = t + float(self.utc_offset[self._piece(t)])
+        if not np.isfinite(value) or not _UTC_RANGE[0] <= value <= _UTC_RANGE[1]:
+            return None
+        moment = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=value)
+        return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+    def _piece(self, t: float) -> int:
+        return max(int(np.searchsorted(self.start, t, side="right")) - 1, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timeline:
+    """A time for every record of the file, (n,) each.
+
+    ``created``: s of the log's clock, the best guess of when the vehicle made the record;
+    ``boot``: which boot it belongs to; ``offset``: (k,) s, t = seconds since boot + offset[boot];
+    ``first``: (k,) the first record of every boot; ``delay``: s, 95 % of the link's delay;
+    ``zero``: s since 1970 on the recorder's clock at t = 0.
+    """
+
+    created: Floats
+    boot: Ints
+    offset: Floats
+    first: Ints
+    delay: float
+    zero: float
+    quality: tuple[QualityRecord, ...]
+
+    def from_boot(self, rows: Ints, seconds: Floats, *, wrap: float, slack: float) -> Floats:
+        """Return t from a time since boot that the records carry; ``created`` where it is unlikely.
+
+        Parameters
+        ----------
+        rows : (m,) int
+            The records.
+        seconds : (m,) float, s
+            What they say; may have wrapped at ``wrap`` seconds.
+        slack : float
+            s; more than that from the other records' clock is no time of this record.
+        """
+        created = self.created[rows]
+        t = seconds + self.offset[self.boot[rows]]
+        t += np.rint((created - t) / wrap) * wrap
+        with np.errstate(invalid="ignore"):
+            return np.where(np.abs(t - created) <= slack, t, created)
+
+
+def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints) -> Timeline:
+    """Return a time for every record.
+
+    Parameters
+    ----------
+    stamp_us : (n,) uint64, us
+        The recorder's stamps, file order.
+    rows, boot_ms : (m,) int
+        Records of the vehicle that say when they were made, in file order, and what they say, ms.
+    main : (p,) int
+        Which of these m (positions in ``rows``) are of one trusted message: they decide about boots.
+    """
+    zero_us, arrival, quality = _repair_stamps(stamp_us)
+    zero = zero_us / 1e6
+    main = main[~_spikes(boot_ms[main].astype(np.float64) / 1000, SPIKE_S)]
+    if not main.size:
+        arrival, more = _shorten_pauses(arrival, np.empty(0, np.int64), np.zeros(1, np.int64))
+        none = np.zeros(stamp_us.size, np.int64)
+        return Timeline(
+            arrival, none, np.array([np.nan]), np.zeros(1, np.int64), np.nan, zero, (*quality, *more)
+        )
+    seconds = _unwrap_ms(boot_ms[main]) / 1000
+    first = _first_of_boots(rows[main], seconds, arrival)
+    arrival, jumps = _remove_clock_jumps(arrival, rows[main], seconds, first)
+    arrival, pauses = _shorten_pauses(arrival, rows[main], first)
+    boot = np.searchsorted(first, np.arange(stamp_us.size), side="right") - 1
+    delay = arrival[rows[main]] - seconds
+    offset = np.array([delay[boot[rows[main]] == k].min() for k in range(first.size)])
+    created = arrival.copy()
+    for k in range(first.size):
+        here = boot[rows] == k
+        at, said = rows[here], boot_ms[here] / 1000 + offset[k]
+        said += np.rint((arrival[at] - said) / _MS_WRAP) * _MS_WRAP
+        late = arrival[at] - said
+        base = np.interp(at, rows[main], delay - offset[boot[rows[main]]])
+        fits = np.abs(late - base) < 0.5 * SPIKE_S
+        in_boot = np.flatnonzero(boot == k)
+        if fits.any():
+            created[in_boot] -= np.interp(in_boot, at[fits], late[fits])
+    reboots = [
+        _finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in first[1:]
+    ]
+    spread = float(np.quantile(delay - offset[boot[rows[main]]], 0.95))
+    return Timeline(
+        created, boot, offset, first, spread, zero, (*quality, *jumps, *pauses, *reboots)
+    )
+
+
+_MS_WRAP: Final = 2**32 / 1000  # s, 49.7 days: time_boot_ms has 32 bits
+
+
+def _finding(kind: Kind, t: float, count: int, text: str) -> QualityRecord:
+    return QualityRecord(kind, None, t, t, count, text)
+
+
+def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
+    """Return which values leave the median of the five around them; none in an ascending sequence."""
+    n = values.size
+    if n < 3:
+        return np.zeros(n, np.bool_)
+    padded = np.concatenate((np.repeat(-np.inf, 2), values, np.repeat(np.inf, 2)))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 5)
+    # at the ends the padding keeps an ascending sequence its own median
+    return np.abs(values - np.median(windows, axis=1)) > limit
+
+
+def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
+    """Return the first record's stamp (us), all stamps from there in s, ascending but for jitter."""
+    signed = stamp_us.astype(np.int64)
+    origin = int(np.median(signed)) if signed.size else 0
+    seconds = (signed - origin) / 1e6  # differences first: float64 holds 1.6e15 us to 0.25 us only
+    wrong = _spikes(seconds, SPIKE_S) if (np.diff(seconds) < -STEP_S).any() else _far_ends(seconds)
+    quality = []
+    if wrong.any() and not wrong.all():
+        right = np.flatnonzero(~wrong)
+        seconds = np.interp(np.arange(seconds.size), right, seconds[right])
+    steps = np.diff(seconds, prepend=seconds[:1])
+    back = np.flatnonzero(steps < -STEP_S)
+    zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
+    exact = (signed - zero) / 1e6
+    arrival = np.where(wrong, seconds - (zero - origin) / 1e6, exact)
+    arrival[back[0] if back.size else arrival.size :] -= 0.0
+    shift = np.zeros(seconds.size)
+    shift[back] = -steps[back]
+    arrival += np.cumsum(shift)
+    if wrong.any():
+        at = float(arrival[np.flatnonzero(wrong)[0]])
+        text = f"{int(wrong.sum())} record stamps are wrong: interpolated"
+        quality.append(_finding("repaired", at, int(wrong.sum()), text))
+    for row in back[:_ENVELOPE]:
+        text = f"the recorder's clock stepped back by {-steps[row]:.3f} s"
+        quality.append(_finding("clock_jump", float(arrival[row]), 1, text))
+    return zero, arrival, quality
+
+
+def _far_ends(seconds: Floats) -> NDArray[np.bool_]:
+    """Return a mask of the first or last stamp where it lies days from its neighbour."""
+    far = np.zeros(seconds.size, np.bool_)
+    if seconds.size > 2:
+        far[0] = seconds[1] - seconds[0] > 3 * 86400
+        far[-1] = seconds[-1] - seconds[-2] > 3 * 86400
+    return far
+
+
+def _unwrap_ms(boot_ms: Ints) -> Floats:
+    step = np.diff(boot_ms, prepend=boot_ms[:1])
+    return (boot_ms + np.cumsum(np.where(step < -(2**31), 2**32, 0))).astype(np.float64)
+
+
+def _first_of_boots(rows: Ints, seconds: Floats, arrival: Floats) -> Ints:
+    """Return the first record of every boot: where boot time steps back and stays back."""
+    first = [0]
+    for i in np.flatnonzero(np.diff(seconds) < -REBOOT_S):
+        if np.all(seconds[i + 1 : i + 4] < seconds[i] - REBOOT_S):
+            first.append(_widest_step(arrival, int(rows[i]), int(rows[i + 1])))
+    return np.array(first)
+
+
+def _widest_step(arrival: Floats, low: int, high: int) -> int:
+    """Return the record in (low, high] that follows the longest pause."""
+    return low + 1 + int(np.argmax(np.abs(np.diff(arrival[low : high + 1]))))
+
+
+def _remove_clock_jumps(
+    arrival: Floats, rows: Ints, seconds: Floats, first: Ints
+) -> tuple[Floats, list[QualityRecord]]:
+    """Return the stamps without the steps that the vehicle's clock does not share."""
+    boot = np.searchsorted(first, rows, side="right")
+    delay = arrival[rows] - seconds
+    found = []
+    arrival = arrival.copy()
+    same = np.diff(boot) == 0
+    for i in np.flatnonzero((np.abs(np.diff(delay)) > STEP_S) & same):
+        # a link that stalls and then catches up returns to its lower envelope; a clock does not
+        before = delay[max(i + 1 - _ENVELOPE, 0) : i + 1][boot[max(i + 1 - _ENVELOPE, 0) : i + 1] == boot[i]]
+        after = delay[i + 1 : i + 1 + _ENVELOPE][boot[i + 1 : i + 1 + _ENVELOPE] == boot[i]]
+        step = float(after.min() - before.min())
+        if abs(step) <= STEP_S:
+            continue
+        at = _widest_step(arrival, int(rows[i]), int(rows[i + 1]))
+        arrival[at:] -= step
+        delay[i + 1 :] -= step
+        text = f"the recorder's clock jumped by {step:+.3f} s against the vehicle's"
+        found.append(_finding("clock_jump", float(arrival[at]), 1, text))
+    return arrival, found
+
+
+def _shorten_pauses(
+    arrival: Floats, rows: Ints, first: Ints
+) -> tuple[Floats, list[QualityRecord]]:
+    """Return the stamps with pauses of more than an hour shortened, unless one boot spans them."""
+    found = []
+    arrival = arrival.copy()
+    for i in np.flatnonzero(np.diff(arrival) > PAUSE_S):
+        around = np.searchsorted(rows, [i, i + 1], side="right")
+        if rows.size and 0 < around[0] < rows.size:
+            last, following = rows[around[0] - 1], rows[around[0]]
+            if not np.any((first > last) & (first <= following)):
+                continue  # the vehicle's clock went on through the pause
+        pause = float(arrival[i + 1] - arrival[i])
+        arrival[i + 1 :] -= pause - SHORT_PAUSE_S
+        text = f"a pause of {pause / 3600:.1f} h between two recordings, shown as {SHORT_PAUSE_S:g} s"
+        found.append(_finding("clock_jump", float(arrival[i + 1]), 1, text))
+    return arrival, found
+
+
+def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np.uint64]) -> Clock:
+    """Return the log's clock.
+
+    Parameters
+    ----------
+    utc_rows, utc : (m,)
+        Records that give the vehicle's UTC, and what they say, s since 1970.
+    """
+    created, boots = line.created, range(line.first.size)
+    gap = np.array(
+        [np.median((utc - created[utc_rows])[line.boot[utc_rows] == k]) if np.any(line.boot[utc_rows] == k) else np.nan for k in boots]
+    )
+    source, uncertainty = "vehicle", line.delay
+    if not np.isfinite(gap).any():
+        stamps = stamp_us.astype(np.float64) / 1e6
+        gap = np.array([np.median((stamps - created)[line.boot == k]) for k in boots])
+        is_utc = (gap >= _UTC_RANGE[0]) & (gap <= _UTC_RANGE[1])
+        gap = np.where(is_utc, gap, np.nan)
+        source, uncertainty = ("recorder" if is_utc.any() else "none"), np.nan
+    start = created[line.first].copy()
+    start[0] = -np.inf
+    return Clock(start, -line.offset, gap, line.delay, uncertainty, source)

@@ -1,0 +1,150 @@
+"""What happened in a log, and which flights does it hold?
+
+Values only: `Event`, `Flight`, and the flight's `FlightState` at any time. Readers make the events of
+mode, arming and texts; `flights.py` finds take-off, landing and impact from the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Kind = Literal[
+    "mode",
+    "arm",
+    "disarm",
+    "failsafe",
+    "text",
+    "takeoff",
+    "landing",
+    "impact",
+    "parameter",
+    "reboot",
+]
+Phase = Literal["ground", "takeoff", "flight", "landing", "impact"]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at one moment.
+
+    Attributes
+    ----------
+    t : float
+        s of the log's clock.
+    kind : Kind
+    text : str
+        For a person; of untrusted origin, control characters removed. The mode's or parameter's name.
+    severity : int or None
+        MAVLink's, 0 emergency to 7 debug.
+    value : float or None
+        The parameter's new value, the speed of an impact in m/s.
+    """
+
+    t: float
+    kind: Kind
+    text: str
+    severity: int | None = None
+    value: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """One flight, from arming to disarming (or to the end of the data); s of the log's clock.
+
+    Attributes
+    ----------
+    start, end : float
+        Arming and disarming, or the bounds of the data or of the motion where there is no arming.
+    takeoff, landing, impact : float or None
+        None: not in the log. A flight ends by a landing or an impact, never by both.
+    climbed : float or None
+        When the climb-out ended: 10 m above the place of take-off.
+    approach : float or None
+        When the vehicle was last that high above the place of landing.
+    impact_speed : float or None
+        m/s, descent just before the impact.
+    """
+
+    start: float
+    end: float
+    takeoff: float | None = None
+    landing: float | None = None
+    impact: float | None = None
+    climbed: float | None = None
+    approach: float | None = None
+    impact_speed: float | None = None
+
+    @property
+    def airborne(self) -> tuple[float, float]:
+        """The part spent in the air, (from, to)."""
+        ends = [x for x in (self.landing, self.impact) if x is not None]
+        return self.start if self.takeoff is None else self.takeoff, min([*ends, self.end])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlightState:
+    """The vehicle's state at times t, (n,) each."""
+
+    t: Floats
+    armed: NDArray[np.bool_]
+    airborne: NDArray[np.bool_]
+    mode: NDArray[Any]
+    phase: NDArray[Any]
+
+
+def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight]) -> FlightState:
+    """Return arming, mode and phase at arbitrary times.
+
+    Parameters
+    ----------
+    t : (n,) float, s
+
+    Notes
+    -----
+    What is known first also holds before it. Without any arming in the log a flight counts as armed.
+    """
+    at = np.atleast_1d(np.asarray(t, np.float64))
+    modes = [(e.t, e.text) for e in events if e.kind == "mode"]
+    arms = [(e.t, e.kind == "arm") for e in events if e.kind in ("arm", "disarm")]
+    mode = np.full(at.size, "", object)
+    if modes:
+        times, names = zip(*modes, strict=True)
+        mode = np.array(names, object)[_latest(times, at)]
+    phase = np.full(at.size, "ground", object)
+    armed, airborne = np.zeros(at.size, np.bool_), np.zeros(at.size, np.bool_)
+    if arms:
+        times, values = zip(*arms, strict=True)
+        before_first = not values[0]  # a log that begins with disarming began armed
+        armed = np.where(at < times[0], before_first, np.array(values)[_latest(times, at)])
+    for flight in flights:
+        if not arms:
+            armed |= (at >= flight.start) & (at <= flight.end)
+        _paint(flight, at, phase, airborne)
+    return FlightState(at, armed, airborne, mode, phase)
+
+
+def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:
+    return np.maximum(np.searchsorted(times, at, side="right") - 1, 0)
+
+
+def _paint(flight: Flight, at: Floats, phase: NDArray[Any], airborne: NDArray[np.bool_]) -> None:
+    low, high = flight.airborne
+    is_up = (at >= low) & (at <= high)
+    airborne |= is_up
+    phase[is_up] = "flight"
+    if flight.climbed is not None:
+        phase[is_up & (at < flight.climbed)] = "takeoff"
+    if flight.approach is not None:
+        phase[is_up & (at > flight.approach)] = "landing"
+    if flight.impact is not None:
+        # after an impact nothing is evidence any more, until the next flight paints over it
+        phase[at >= flight.impact] = "impact"
+        airborne[at >= flight.impact] = False
+    elif high < flight.end:
+        phase[at > high] = "ground"

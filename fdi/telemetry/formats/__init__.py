@@ -1,0 +1,44 @@
+"""Which format has this file, and who reads it?
+
+Decided by content, never by name. A format is one file here: ``is_x(data)`` looks at the bytes,
+``read_x(path, data, system=...)`` returns the `Log`.
+
+tlog.py             MAVLink telemetry log: puts the log together
+mavlink_frames.py   finds frames and damage in the bytes
+mavlink_columns.py  payloads to columns
+mavlink_events.py   modes, arming, texts, parameters
+mavlink_signs.py    which way is up
+mavlink_quality.py  what was lost
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.formats.tlog import is_tlog, read_tlog
+from fdi.telemetry.log import Log
+
+Data = NDArray[np.uint8]
+
+FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
+    "tlog": (is_tlog, read_tlog),
+}
+
+# What a file begins with that this version does not read: refused by name.
+NOT_READ: Final[dict[str, bytes]] = {
+    "a DataFlash log (.bin)": b"\xa3\x95",
+    "a ULog (.ulg)": b"ULog\x01\x12\x35",
+    "a DataFlash log in text form (.log)": b"FMT,",
+    "a gzip archive": b"\x1f\x8b",
+    "a zip archive": b"PK\x03\x04",
+    "a zstandard archive": b"\x28\xb5\x2f\xfd",
+    "a bzip2 archive": b"BZh",
+    "an xz archive": b"\xfd7zXZ\x00",
+    "a 7z archive": b"7z\xbc\xaf\x27\x1c",
+}
+
+__all__ = ["FORMATS", "NOT_READ"]

@@ -1,0 +1,145 @@
+"""What did the vehicle say and do, by its MAVLink messages: modes, arming, texts, parameters?
+
+In: the payloads of the vehicle's own messages and the times of its records. Out: `Event`s, the
+parameters as first downloaded and their later changes, the firmware.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.catalogue import is_failsafe_text, mavlink_mode
+from fdi.telemetry.clock import Timeline
+from fdi.telemetry.events import Event
+from fdi.telemetry.formats.mavlink_columns import Payloads
+from fdi.telemetry.log import ParameterChange
+
+Own = Mapping[int, Payloads]
+
+_HEARTBEAT: Final = 0
+_PARAM_VALUE: Final = 22
+_AUTOPILOT_VERSION: Final = 148
+_STATUSTEXT: Final = 253
+_ARMED: Final = 0x80  # MAV_MODE_FLAG_SAFETY_ARMED
+_CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in several
+_CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
+_INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
+_CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f]+")
+_PARAMETER_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,16}")
+_FIRMWARE: Final = re.compile(r"\b(Ardu\w+|APM:\w+|Blimp|PX4)\s+(V?\d[\w.\-]*(?: \(\w+\))?)")
+
+
+def clean_text(text: str) -> str:
+    """Return a text without control characters (a log's text may reach a terminal)."""
+    return _CONTROL.sub(" ", text).strip()
+
+
+def log_events(own: Own, line: Timeline, autopilot: str, vehicle: str) -> list[Event]:
+    """Return modes, arming, reboots, texts and failsafes in the order of time."""
+    events = list(_heartbeats(own, line, autopilot, vehicle))
+    for t, severity, text in _texts(own, line):
+        events.append(Event(t, "text", text, severity))
+        if is_failsafe_text(text):
+            events.append(Event(t, "failsafe", text, severity))
+    for first in line.first[1:]:
+        events.append(Event(float(line.created[first]), "reboot", "the vehicle started anew"))
+    return sorted(events, key=lambda e: (e.t, e.kind))
+
+
+def _heartbeats(own: Own, line: Timeline, autopilot: str, vehicle: str) -> Iterator[Event]:
+    beats = own.get(_HEARTBEAT)
+    if beats is None:
+        return
+    t = line.created[beats.rows]
+    mode = beats.field("custom_mode").astype(np.int64)
+    for row in _changes(mode):
+        name = mavlink_mode(int(mode[row]), autopilot=autopilot, vehicle=vehicle)
+        yield Event(float(t[row]), "mode", name)
+    armed = beats.field("base_mode") & _ARMED != 0
+    for row in _changes(armed):
+        if row or armed[row]:  # a log that begins disarmed says nothing new
+            yield Event(float(t[row]), "arm" if armed[row] else "disarm", "")
+
+
+def _changes(values: NDArray[np.generic]) -> list[int]:
+    """Return the first row and every row that differs from the one before."""
+    return [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist()]
+
+
+def _texts(own: Own, line: Timeline) -> Iterator[tuple[float, int, str]]:
+    """Yield time, severity and text; parts of one text (same id, counted up) joined."""
+    said = own.get(_STATUSTEXT)
+    if said is None:
+        return
+    times, severities = line.created[said.rows].tolist(), said.field("severity").tolist()
+    ids, parts = said.field("id").tolist(), said.field("chunk_seq").tolist()
+    joined: list[tuple[float, int, str]] = []
+    open_id, next_part = 0, 0
+    for t, severity, text, number, part in zip(
+        times, severities, said.field("text"), ids, parts, strict=True
+    ):
+        follows = number and number == open_id and part == next_part and part > 0
+        if follows and t - joined[-1][0] < _CHUNK_WAIT_S:
+            joined[-1] = (joined[-1][0], severity, joined[-1][2] + text)
+        else:
+            joined.append((t, severity, text))
+        open_id, next_part = (number, part + 1) if len(text) >= _CHUNK else (0, 0)
+    for t, severity, text in joined:
+        yield t, severity, clean_text(text)
+
+
+def parameters(
+    own: Own, line: Timeline, autopilot: str
+) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event]]:
+    """Return the parameters as first sent, the later changes, and these as events."""
+    sent = own.get(_PARAM_VALUE)
+    if sent is None:
+        return {}, (), []
+    values = sent.field("param_value").astype(np.float64)
+    if autopilot == "px4":
+        values = _bytewise(sent, values)
+    times = line.created[sent.rows]
+    first: dict[str, float] = {}
+    now: dict[str, float] = {}
+    changes, events = [], []
+    for t, name, value in zip(times.tolist(), sent.field("param_id"), values.tolist(), strict=True):
+        if not _PARAMETER_NAME.fullmatch(name) or not np.isfinite(value):
+            continue
+        old = now.setdefault(name, value)
+        first.setdefault(name, value)
+        if value != old:
+            changes.append(ParameterChange(t, name, old, value))
+            events.append(Event(t, "parameter", name, None, value))
+            now[name] = value
+    return dict(sorted(first.items())), tuple(changes), events
+
+
+def _bytewise(sent: Payloads, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values with integers taken from the bytes of the float, as PX4 sends them."""
+    bits = np.ascontiguousarray(sent.field("param_value")).view("<u4")
+    kinds = sent.field("param_type")
+    values = values.copy()
+    for kind, dtype in _INTEGERS.items():
+        here = kinds == kind
+        width = np.dtype(dtype).itemsize
+        low = bits[here].view(np.uint8).reshape(-1, 4)[:, :width]
+        values[here] = np.ascontiguousarray(low).view(dtype).reshape(-1)
+    return values
+
+
+def firmware(own: Own, events: list[Event]) -> str | None:
+    """Return the firmware's name and version, from its greeting or AUTOPILOT_VERSION."""
+    for event in events:
+        found = _FIRMWARE.search(event.text) if event.kind == "text" else None
+        if found:
+            return f"{found[1]} {found[2]}"
+    version = own.get(_AUTOPILOT_VERSION)
+    if version is None or not version.rows.size:
+        return None
+    number = int(version.field("flight_sw_version")[-1])
+    return f"{number >> 24}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" if number else None

@@ -1,0 +1,173 @@
+"""What does one log hold?
+
+`Log` is the value that every format's reader returns: messages as columns, one clock, parameters,
+events, flights, and what was lost. It is frozen; columns are decoded when they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fdi.errors import UsageError
+from fdi.telemetry.channel import Channel
+from fdi.telemetry.clock import Clock
+from fdi.telemetry.events import Event, Flight, FlightState, flight_state
+from fdi.telemetry.message import Floats, Message
+from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.signals import Request, Sampling, Signals, resample
+
+
+class ChannelData(NamedTuple):
+    """One channel of a log: t (n,) s, value (n,) SI with NaN for unknown, and the SI unit."""
+
+    t: Floats
+    value: Floats
+    unit: str
+
+
+class ParameterChange(NamedTuple):
+    """A parameter that took another value while the log was recorded."""
+
+    t: float
+    name: str
+    old: float
+    new: float
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One sender in the log. ``lost``: frames missing by their sequence numbers."""
+
+    system: int
+    component: int
+    frames: int
+    lost: int
+    vehicle: str | None
+    autopilot: str | None
+    chosen: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Log:
+    """A log, read.
+
+    Attributes
+    ----------
+    path : Path
+    format : str
+        ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``.
+    bytes : int
+    sha256 : str
+    duration : float
+        s, from the first to the last record of whatever source.
+    messages : Mapping[str, Message]
+        By key: ``ATTITUDE``, ``BATTERY_STATUS[1]``; the chosen vehicle's.
+    parameters : Mapping[str, float]
+        As first downloaded; what changed later stands in ``parameter_changes``.
+    events, flights, quality : tuple
+        In the order of time.
+    clock : Clock
+    vehicle, autopilot : str
+    firmware : str or None
+    system_id : int
+    sources : tuple of Source
+        All senders with their frame counts; the chosen one is marked.
+    """
+
+    path: Path
+    format: str
+    bytes: int
+    sha256: str
+    duration: float
+    messages: Mapping[str, Message]
+    parameters: Mapping[str, float]
+    parameter_changes: tuple[ParameterChange, ...]
+    events: tuple[Event, ...]
+    flights: tuple[Flight, ...]
+    quality: tuple[QualityRecord, ...]
+    clock: Clock
+    vehicle: str
+    autopilot: str
+    firmware: str | None
+    system_id: int
+    sources: tuple[Source, ...]
+    _cache: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The file's name without its folder."""
+        return self.path.name
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time of the vehicle's own messages, s."""
+        filled = [m.t for m in self.messages.values() if m.t.size]
+        if not filled:
+            return 0.0, self.duration
+        return float(min(t[0] for t in filled)), float(max(t[-1] for t in filled))
+
+    def __getitem__(self, key: str) -> Message:
+        found = self.messages.get(key)
+        if found is None:
+            raise UsageError(f"{self.name} has no message {key}", hint=f"it has {list(self.messages)}")
+        return found
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.messages
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Every numeric channel with at least one known value, sorted."""
+        if "channels" not in self._cache:
+            self._cache["channels"] = tuple(sorted(self._channels()))
+        found: tuple[Channel, ...] = self._cache["channels"]
+        return found
+
+    def _channels(self) -> Iterable[Channel]:
+        for message in self.messages.values():
+            for name, column in message.columns.items():
+                if not column.is_text and np.isfinite(message.si(name)).any():
+                    yield Channel(message.name, name, message.instance)
+
+    def channel(self, channel: str | Channel) -> ChannelData:
+        """Return time, SI value and unit of one channel, e.g. ``ATTITUDE.roll``.
+
+        Raises
+        ------
+        UsageError
+            The text names no channel, or the log has none of that name.
+        """
+        wanted = Channel.parse(channel) if isinstance(channel, str) else channel
+        message = self[wanted.source]
+        return ChannelData(message.t, message.si(wanted.field), message.unit(wanted.field))
+
+    def state(self, t: ArrayLike) -> FlightState:
+        """Return armed, airborne, mode and phase at times t (s)."""
+        return flight_state(t, self.events, self.flights)
+
+    def signals(self, requests: Iterable[Request], sampling: Sampling | None = None) -> Signals:
+        """Return the requested quantities on one time grid, NaN where unknown."""
+        return resample(self, tuple(requests), sampling or Sampling())
+
+    def __repr__(self) -> str:
+        records = sum(len(m) for m in self.messages.values())
+        return (
+            f"<Log {self.name}: {self.format}, {self.vehicle}, {self.autopilot}, "
+            f"{self.duration:.1f} s, {len(self.messages)} messages, {records} records, "
+            f"{len(self.flights)} flights, {len(self.quality)} findings about its quality>"
+        )
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{escape(key)}</td><td>{len(m)}</td><td>{len(m.fields)}</td></tr>"
+            for key, m in self.messages.items()
+        )
+        head = "<tr><th>message</th><th>records</th><th>fields</th></tr>"
+        return f"<p><code>{escape(repr(self))}</code></p><table>{head}{rows}</table>"

@@ -1,0 +1,171 @@
+"""What did a log record under one message name?
+
+`Message` holds columns; each column knows how to fetch its raw values, and is decoded when it is
+asked for the first time. It is the same for every log format: a reader fills in `Column`s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.errors import UsageError
+from fdi.units import Conversion
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """How one field is read.
+
+    Attributes
+    ----------
+    load : callable
+        Returns the values as on the wire, (m,), one per raw record.
+    conversion : Conversion
+        To SI.
+    invalid : tuple of float
+        Raw values that mean unknown.
+    blank : tuple of (field, raw value)
+        Unknown where all of these hold in the record.
+    absent : (m,) bool or None
+        Records too short to hold the field (MAVLink 1 without its extensions).
+    is_text : bool
+        The values are `str`.
+    """
+
+    load: Callable[[], NDArray[Any]]
+    conversion: Conversion = Conversion("")
+    invalid: tuple[float, ...] = ()
+    blank: tuple[tuple[str, float], ...] = ()
+    absent: Callable[[], NDArray[np.bool_] | None] = lambda: None
+    is_text: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Message:
+    """The records of one message (of one instance of it) as columns.
+
+    Attributes
+    ----------
+    name : str
+    instance : int or None
+        None stands for the first (instance 0, or a message without instances).
+    t : (n,) float64, s
+        The log's clock, repaired, strictly increasing.
+    stamp : (m,) float64, s
+        The recorder's stamps as they are in the file, 0 at the file's first record.
+    kept : (n,) int
+        Which raw records have a place in ``t``: of records with the same time the last one is kept.
+    """
+
+    name: str
+    instance: int | None
+    t: Floats
+    stamp: Floats
+    kept: NDArray[np.int64]
+    columns: Mapping[str, Column]
+    _cache: dict[str, NDArray[Any]] = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        """The name in `Log.messages`, e.g. ``BATTERY_STATUS[1]``."""
+        return self.name if self.instance is None else f"{self.name}[{self.instance}]"
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the fields; an array's entries are fields of their own, ``voltages[0]``."""
+        return tuple(self.columns)
+
+    def __len__(self) -> int:
+        return int(self.t.size)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __repr__(self) -> str:
+        rate = (len(self) - 1) / (self.t[-1] - self.t[0]) if len(self) > 1 else 0.0
+        return f"<Message {self.key}: {len(self)} records, {rate:.2g} Hz, {len(self.fields)} fields>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<code>{escape(repr(self))}</code>"
+
+    def _column(self, name: str) -> Column:
+        found = self.columns.get(name)
+        if found is None:
+            raise UsageError(f"{self.key} has no field {name}", hint=f"it has {self.fields}")
+        return found
+
+    def raw(self, name: str) -> NDArray[Any]:
+        """Return the values as on the wire, (m,), one per raw record (as ``stamp``); read-only."""
+        column = self._column(name)
+        if name not in self._cache:
+            self._cache[name] = _read_only(column.load())
+        return self._cache[name]
+
+    def si(self, name: str) -> Floats:
+        """Return the values in SI, (n,) float64 as ``t``, NaN where unknown; text is all NaN."""
+        return _read_only(self.si_of_records(name)[self.kept])
+
+    def si_of_records(self, name: str) -> Floats:
+        """Return the values in SI of every raw record, (m,) as ``stamp``."""
+        key = f"{name} in SI"
+        if key not in self._cache:
+            self._cache[key] = _read_only(self._convert(name))
+        return self._cache[key]
+
+    def _convert(self, name: str) -> Floats:
+        column = self._column(name)
+        if column.is_text:
+            return np.full(self.stamp.size, np.nan)
+        raw = self.raw(name)
+        with np.errstate(invalid="ignore", over="ignore"):
+            values: Floats = raw.astype(np.float64)
+            values *= column.conversion.scale
+            values += column.conversion.offset
+        values[~np.isfinite(values)] = np.nan
+        for sentinel in column.invalid:
+            values[raw == sentinel] = np.nan
+        if column.blank:
+            is_blank = [self.raw(other) == value for other, value in column.blank]
+            values[np.logical_and.reduce(is_blank)] = np.nan
+        absent = column.absent()
+        if absent is not None:
+            values[absent] = np.nan
+        return values
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of `si`, "" dimensionless; "us" for pulse widths."""
+        return self._column(name).conversion.unit
+
+    def with_sign(self, name: str, sign: float) -> Message:
+        """Return the same message with one field's SI value multiplied by a sign."""
+        old = self._column(name)
+        unit, scale, offset = old.conversion
+        turned = replace(old, conversion=Conversion(unit, sign * scale, sign * offset))
+        return replace(self, columns={**self.columns, name: turned}, _cache={})
+
+    def frame(self) -> pd.DataFrame:
+        """Return all fields in SI as a pandas frame with index t (s); text as it is."""
+        import pandas as pd
+
+        columns = {
+            name: self.raw(name)[self.kept] if column.is_text else self.si(name)
+            for name, column in self.columns.items()
+        }
+        return pd.DataFrame(columns, index=pd.Index(self.t, name="t"))
+
+
+def _read_only(values: NDArray[Any]) -> NDArray[Any]:
+    values.flags.writeable = False
+    return values

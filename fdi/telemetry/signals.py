@@ -1,0 +1,298 @@
+"""What are the requested quantities at the points of one time grid?
+
+In: a `Log`, what a model asks of it (`Request`), how a policy samples (`Sampling`). Out: `Signals`.
+
+A quantity is computed at the times of its records, then interpolated linearly between two records
+that are both known and not further apart than a gap; angles on the circle. Everywhere else it is
+unknown (NaN): nothing is extrapolated and nothing is held. The published recipe (``clock="record"``,
+``extrapolate=True``, ``unwrap=False``) is the one exception.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.errors import LogError, UsageError
+from fdi.telemetry.channel import Channel
+from fdi.telemetry.events import Event, Flight, FlightState
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from fdi.telemetry.log import Log
+    from fdi.telemetry.message import Message
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, NDArray[np.generic]]
+
+_RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded to
+_MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
+_TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Request:
+    """One measured quantity that a model asks of a log.
+
+    Attributes
+    ----------
+    channel : Channel
+        Its identity: the key in `Signals.columns`.
+    fields : tuple of str
+        Fields of the channel's message that ``value`` and ``valid`` read.
+    value : callable or None
+        Computes the quantity from those fields at record times; None is the field itself.
+    valid : callable or None
+        Says at which records it is valid; sees the fields and armed, airborne, mode, phase.
+    raw : bool
+        The fields as on the wire instead of SI.
+    circular : bool
+        The value is an angle in rad that wraps.
+    latency : float
+        s, taken off the record times.
+    """
+
+    channel: Channel
+    fields: tuple[str, ...]
+    value: Callable[[Columns], NDArray[np.generic]] | None = None
+    valid: Callable[[Columns], NDArray[np.bool_]] | None = None
+    raw: bool = False
+    circular: bool = False
+    latency: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How a policy samples.
+
+    Attributes
+    ----------
+    rate_hz : float or None
+        None: the median of the requested channels' own rates, rounded, 1 to 10 Hz.
+    window : (float, float) or None
+        s of the log's clock, both ends included; None: the flights' extent, or the whole log.
+    clock : "best" or "record"
+        The repaired clock, or the recorder's stamps as they are.
+    equal_stamps : "last" or "mean"
+        What stands for two records with the same stamp.
+    extrapolate : bool
+        Continue the line through the first or last two records (for the published recipe).
+    unwrap : bool
+        Interpolate circular quantities on the circle.
+    gap_factor, gap_min_s : float
+        A gap is longer than max(gap_min_s, gap_factor * the channel's median period).
+    """
+
+    rate_hz: float | None = None
+    window: tuple[float, float] | None = None
+    clock: Literal["best", "record"] = "best"
+    equal_stamps: Literal["last", "mean"] = "last"
+    extrapolate: bool = False
+    unwrap: bool = True
+    gap_factor: float = 3.0
+    gap_min_s: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signals:
+    """The requested quantities on one grid.
+
+    Attributes
+    ----------
+    t : (n,) float64, s of the log's clock; start + k / rate_hz.
+    columns : Mapping[Channel, (n,) float64]
+        NaN is unknown; read-only.
+    period : Mapping[Channel, float]
+        s, the channel's own median period; NaN with fewer than two records.
+    state : FlightState
+        On the grid.
+    """
+
+    t: Floats
+    columns: Mapping[Channel, Floats]
+    period: Mapping[Channel, float]
+    state: FlightState
+    rate_hz: float
+    events: tuple[Event, ...]
+    flights: tuple[Flight, ...]
+    parameters: Mapping[str, float]
+    log_name: str
+
+    def __repr__(self) -> str:
+        span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
+        return f"<Signals of {self.log_name}: {len(self.columns)} channels, {span}, {self.rate_hz:g} Hz>"
+
+    def frame(self) -> pd.DataFrame:
+        """Return all columns as a pandas frame with index t (s)."""
+        import pandas as pd
+
+        columns = {str(channel): values for channel, values in self.columns.items()}
+        return pd.DataFrame(columns, index=pd.Index(self.t, name="t"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Records:
+    """One quantity at its records: t ascending strictly."""
+
+    t: Floats
+    value: Floats
+    circular: bool
+
+    @property
+    def period(self) -> float:
+        return float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
+
+
+def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Signals:
+    """Return the requested quantities of a log on one grid.
+
+    Raises
+    ------
+    UsageError
+        The window or rate makes no grid.
+    LogError
+        The automatic rate is wanted and no requested channel is in the log.
+    """
+    records = {r.channel: _records(log, r, sampling) for r in requests}
+    rate = sampling.rate_hz or _own_rate(records)
+    t = _grid(sampling.window or _extent(log), rate)
+    columns, period = {}, {}
+    for channel, record in records.items():
+        values = _interpolate(record, t, sampling)
+        values.flags.writeable = False
+        columns[channel] = values
+        period[channel] = record.period
+    t.flags.writeable = False
+    return Signals(
+        t,
+        MappingProxyType(columns),
+        MappingProxyType(period),
+        log.state(t),
+        rate,
+        log.events,
+        log.flights,
+        log.parameters,
+        log.name,
+    )
+
+
+def _extent(log: Log) -> tuple[float, float]:
+    if not log.flights:
+        return log.span
+    return min(f.start for f in log.flights), max(f.end for f in log.flights)
+
+
+def _own_rate(records: Mapping[Channel, _Records]) -> float:
+    periods = [r.period for r in records.values() if r.t.size > 1]
+    if not periods:
+        raise LogError("none of the requested channels is in the log")
+    rate = 1 / float(np.median(periods))
+    return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
+
+
+def _grid(window: tuple[float, float], rate: float) -> Floats:
+    low, high = window
+    if not (np.isfinite([low, high, rate]).all() and low <= high and rate > 0):
+        raise UsageError(f"a window from {low} to {high} s at {rate} Hz makes no grid")
+    count = int((high - low) * rate * (1 + _TIE) + _TIE) + 1
+    if count > _MOST_SAMPLES:
+        raise UsageError(f"a window of {high - low:g} s at {rate:g} Hz has {count} samples")
+    return low + np.arange(count) / rate
+
+
+def _records(log: Log, request: Request, sampling: Sampling) -> _Records:
+    message = log.messages.get(request.channel.source)
+    names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
+    if message is None or any(name not in message for name in names):
+        return _Records(np.empty(0), np.empty(0), request.circular)
+    every = sampling.clock == "record"
+    t = message.stamp if every else message.t
+    fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
+    with np.errstate(all="ignore"):
+        found = request.value(fields) if request.value else fields[request.channel.field]
+        value = np.array(np.broadcast_to(found, t.shape), np.float64)
+        value[~np.isfinite(value)] = np.nan
+        if request.valid is not None:
+            value[~_valid(log, request.valid, fields, t)] = np.nan
+    t, value = _ascending(t, value, sampling.equal_stamps)
+    return _Records(t - request.latency, value, request.circular)
+
+
+def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np.generic]:
+    if raw:
+        values = message.raw(name)
+        return values if every else values[message.kept]
+    return message.si_of_records(name) if every else message.si(name)
+
+
+def _valid(
+    log: Log, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
+) -> NDArray[np.bool_]:
+    state = log.state(t)
+    known = {
+        **fields,
+        "armed": state.armed,
+        "airborne": state.airborne,
+        "mode": state.mode,
+        "phase": state.phase,
+    }
+    return np.broadcast_to(np.asarray(valid(known), np.bool_), t.shape)
+
+
+def _ascending(t: Floats, value: Floats, equal: str) -> tuple[Floats, Floats]:
+    """Return the records in strictly ascending time."""
+    if t.size < 2 or (np.diff(t) > 0).all():
+        return t, value
+    order = np.argsort(t, kind="stable")
+    t, value = t[order], value[order]
+    is_last = np.concatenate((np.diff(t) > 0, [True]))
+    if equal == "mean":
+        first = np.concatenate(([0], np.flatnonzero(is_last)[:-1] + 1))
+        value = np.add.reduceat(value, first) / np.diff(np.append(first, t.size))
+        return t[is_last], value
+    return t[is_last], value[is_last]
+
+
+def _interpolate(records: _Records, t: Floats, sampling: Sampling) -> Floats:
+    """Return the quantity on the grid, NaN where it is unknown."""
+    known_t, value = records.t, records.value
+    out = np.full(t.size, np.nan)
+    if not known_t.size:
+        return out
+    if known_t.size == 1:
+        out[np.abs(t - known_t[0]) <= _TIE * np.maximum(1, np.abs(t))] = value[0]
+        return out
+    left = np.clip(np.searchsorted(known_t, t, side="right") - 1, 0, known_t.size - 2)
+    width = known_t[left + 1] - known_t[left]
+    weight = (t - known_t[left]) / width
+    rise = value[left + 1] - value[left]
+    turns = records.circular and sampling.unwrap
+    if turns:
+        rise = (rise + np.pi) % (2 * np.pi) - np.pi
+    between = value[left] + weight * rise
+    if turns:
+        between = _same_range(between, value)
+    longest = max(sampling.gap_min_s, sampling.gap_factor * records.period)
+    inside = (weight >= 0) & (weight <= 1) & (width <= longest * (1 + _TIE))
+    if sampling.extrapolate:
+        inside |= (weight < 0) | (weight > 1)
+    out[inside] = between[inside]
+    # at a record its own value counts, whatever its neighbour is
+    tie = _TIE * np.maximum(1.0, np.abs(t))
+    for neighbour in (left, left + 1):
+        hit = np.abs(t - known_t[neighbour]) <= tie
+        out[hit] = value[neighbour[hit]]
+    return out
+
+
+def _same_range(angle: Floats, like: Floats) -> Floats:
+    """Return angles in [0, 2 pi) if the records are, else in [-pi, pi)."""
+    with np.errstate(invalid="ignore"):
+        low = 0.0 if like.size and not np.any(like < 0) and np.any(like > np.pi) else -np.pi
+    return (angle - low) % (2 * np.pi) + low

@@ -1,0 +1,50 @@
+"""Models for the tests: random small ones, the shared reference models, the published ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import strategies as st
+
+from fdi.structure import Fault, Model
+
+SHARED = Path(__file__).parents[2].parent / "shared"
+REFERENCE = sorted((SHARED / "structural" / "models").glob("*.json"))
+needs_shared = pytest.mark.skipif(not REFERENCE, reason="the shared reference data are not here")
+
+
+@st.composite
+def models(draw, max_equations=7, max_unknowns=5):
+    """A model with empty rows, unused unknowns, and faults in one to three equations."""
+    m = draw(st.integers(0, max_equations))
+    n = draw(st.integers(0, max_unknowns))
+    unknowns = st.integers(0, n - 1) if n else st.nothing()
+    rows = draw(st.lists(st.lists(unknowns, max_size=3), min_size=m, max_size=m))
+    where = st.lists(st.integers(0, m - 1), min_size=1, max_size=3) if m else st.nothing()
+    faults = draw(st.lists(where, max_size=4))
+    return Model(
+        tuple(f"e{i}" for i in range(m)),
+        tuple(f"x{i}" for i in range(n)),
+        tuple(tuple(row) for row in rows),
+        tuple(Fault(f"f{i}", tuple(equations)) for i, equations in enumerate(faults)),
+    )
+
+
+def paper_model(faults):
+    """The published MAVLink model with 77 or 79 faults."""
+    path = SHARED / "paper" / f"model_{faults}.json"
+    data = json.loads(path.read_text(encoding="utf-8"))
+    place = {name: i for i, name in enumerate(data["unknowns"])}
+    return Model(
+        tuple(equation["label"] for equation in data["equations"]),
+        tuple(data["unknowns"]),
+        tuple(tuple(place[u] for u in equation["unknowns"]) for equation in data["equations"]),
+        tuple(
+            Fault(equation["fault"], (i,))
+            for i, equation in enumerate(data["equations"])
+            if equation["fault"]
+        ),
+        name=data["model"],
+    )

@@ -1,0 +1,102 @@
+"""The 50 shared reference models: everything that the room computes, against the toolbox of record.
+
+Source: shared/structural (faultdiagnosistoolbox 0.12.5 and independent programs). Models with more
+than 30,000 sets run under the marker `soak`.
+"""
+
+import hashlib
+import json
+
+import pytest
+from structure.models import REFERENCE, needs_shared
+
+from fdi.structure import (
+    classes,
+    decompose,
+    detectable,
+    isolability,
+    load_reference,
+    members,
+    mso_sets,
+    mtes_sets,
+)
+
+pytestmark = needs_shared
+
+QUICK = 30_000
+
+
+def reference_of(path):
+    return json.loads(path.read_text(encoding="utf-8"))["reference"]
+
+
+def lists(part):
+    return [list(part.equations), list(part.unknowns)]
+
+
+def names(paths):
+    return [path.stem for path in paths]
+
+
+each_model = pytest.mark.parametrize("path", REFERENCE, ids=names(REFERENCE))
+
+
+def cases(kind):
+    for path in REFERENCE:
+        count = reference_of(path).get(kind, {}).get("count")
+        if count is not None:
+            marks = [pytest.mark.soak] if count > QUICK else []
+            yield pytest.param(path, id=path.stem, marks=marks)
+
+
+@each_model
+def test_parts_and_hall_blocks_equal_the_reference(path):
+    expected, parts = reference_of(path), decompose(load_reference(path))
+    for name in ("over", "just", "under"):
+        assert lists(getattr(parts, name)) == expected["dm"][name]
+    assert [lists(block) for block in parts.hall] == expected["dm"]["hall"]
+    assert (parts.rank, parts.redundancy) == (expected["rank"], expected["redundancy"])
+
+
+@each_model
+def test_classes_equal_the_reference(path):
+    expected, found = reference_of(path)["classes"], classes(load_reference(path))
+    assert [lists(part) for part in found.sets] == expected["sets"]
+    assert list(found.free) == expected["free"]
+
+
+@each_model
+def test_detectability_and_isolability_equal_the_reference(path):
+    expected, model = reference_of(path), load_reference(path)
+    if "detectable" in expected:
+        assert detectable(model).nonzero()[0].tolist() == expected["detectable"]["mixed"]
+    if "isolable" in expected:
+        rows = ["".join("01"[int(x)] for x in row) for row in isolability(model)]
+        assert rows == expected["isolable"]["mixed"]["rows"]
+
+
+def assert_sets_equal(model, found, expected, sets_of_classes):
+    assert len(found) == expected["count"]
+    indices = sorted(members(bits) for bits in found)
+    text = "\n".join(",".join(map(str, line)) for line in indices)
+    assert hashlib.sha256(text.encode()).hexdigest() == expected["sha256"]
+    if "masks" in expected:
+        unions = [
+            sorted(e for k in members(int(mask, 16)) for e in sets_of_classes[k][0])
+            for mask in expected["masks"]
+        ]
+        assert [list(line) for line in indices] == unions
+
+
+@pytest.mark.parametrize("path", cases("mso"))
+def test_mso_sets_equal_the_reference(path):
+    expected, model = reference_of(path), load_reference(path)
+    found = list(mso_sets(model))
+    assert_sets_equal(model, found, expected["mso"], expected["classes"]["sets"])
+
+
+@pytest.mark.parametrize("path", cases("mtes"))
+def test_mtes_equal_the_reference(path):
+    expected, model = reference_of(path), load_reference(path)
+    found = list(mtes_sets(model))
+    assert_sets_equal(model, found, expected["mtes"], expected["classes"]["sets"])

@@ -1,0 +1,44 @@
+"""The import rules of the house hold, and importing the package stays cheap."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from importlinter.cli import lint_imports
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def modules_loaded_by(statement: str) -> set[str]:
+    """Return the names in sys.modules after the statement ran in a fresh interpreter."""
+    code = f"import sys\n{statement}\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 0, done.stderr
+    return set(done.stdout.split())
+
+
+def test_imports_run_one_way(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The contracts of .importlinter: layers of rooms, and structure as pure graph theory."""
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(sys, "path", list(sys.path))  # the linter puts the folder in front
+    status = lint_imports(config_filename=str(ROOT / ".importlinter"), no_cache=True, no_logo=True)
+    assert status == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "heavy", ["scipy", "pandas", "sympy", "matplotlib", "pint", "pymavlink", "pyarrow"]
+)
+def test_import_fdi_does_not_load(heavy: str) -> None:
+    """`import fdi` loads numpy at the most; everything else waits until it is needed."""
+    assert heavy not in modules_loaded_by("import fdi")
+
+
+@pytest.mark.parametrize("heavy", ["pandas", "sympy", "networkx", "matplotlib", "pymavlink"])
+def test_import_structure_does_not_load(heavy: str) -> None:
+    """Adapters and plots may use these, but only inside the functions that need them."""
+    assert heavy not in modules_loaded_by("import fdi.structure")
