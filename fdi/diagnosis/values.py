@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.structure import Decomposition
+from fdi.structure.decomposition import Decomposition
 
 if TYPE_CHECKING:
     import pandas
@@ -179,6 +179,4 @@ def runs(t: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[list[float]]:
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     ends = np.append(t, t[-1] + step)
-    return [
-        [float(ends[a]), float(ends[b])] for a, b in zip(edges[::2], edges[1::2], strict=True)
-    ]
+    return [[float(ends[a]), float(ends[b])] for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -26,15 +26,12 @@ from fdi.model.expression import (
     to_text,
     walk,
 )
-from fdi.model.parts import Component, Equation, Kind, Measurement, Parameter, Variable
+from fdi.model.parts import STATES, Component, Equation, Kind, Measurement, Parameter, Variable
 from fdi.telemetry import Channel
 
 if TYPE_CHECKING:
     from fdi.model.load import Definition, Definitions
     from fdi.model.schema import AirframeFile
-
-STATES = frozenset({"armed", "airborne", "mode", "phase"})
-"""Names of the flight state, known in every condition."""
 
 
 @dataclass(slots=True)

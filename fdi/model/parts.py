@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Final
 
 from fdi.model.expression import Expression
 from fdi.telemetry import Channel
+
+STATES: Final = frozenset({"armed", "airborne", "mode", "phase"})
+"""Names of the flight state, known in every condition."""
 
 
 class Kind(StrEnum):

@@ -21,8 +21,23 @@ from fdi.errors import LogError, ModelError
 from fdi.model.calculus import isolate
 from fdi.model.dimensions import dimension
 from fdi.model.evaluate import evaluate
-from fdi.model.expression import Expression, Symbol, differential, symbols
-from fdi.model.parts import Component, Equation, Kind, Measurement, Parameter, Variable
+from fdi.model.expression import (
+    Expression,
+    Number,
+    Symbol,
+    differential,
+    substitute,
+    symbols,
+)
+from fdi.model.parts import (
+    STATES,
+    Component,
+    Equation,
+    Kind,
+    Measurement,
+    Parameter,
+    Variable,
+)
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Channel, Log, Request
@@ -159,6 +174,7 @@ class System:
 def build_system(airframe: Airframe, log: Log | None) -> System:
     """Return the system; see :meth:`fdi.model.airframe.Airframe.observe`."""
     warnings: list[str] = []
+    parameters = {name: _value(p, log) for name, p in airframe.parameters.items()}
     present = [m for m in airframe.measurements if _is_present(m, log, airframe, warnings)]
     if not present:
         raise LogError(
@@ -178,9 +194,9 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
         equations=tuple(equations),
         unknowns=tuple(sorted(set(unknowns))),
         faults=tuple(_faults(equations, airframe)),
-        channels=tuple(_request(m, airframe.variables[m.variable]) for m in present),
+        channels=tuple(_request(m, airframe.variables[m.variable], parameters) for m in present),
         variables=airframe.variables,
-        parameters={name: _value(p, log) for name, p in airframe.parameters.items()},
+        parameters=parameters,
         components=airframe.components,
         shown=shown,
         warnings=tuple(warnings),
@@ -196,7 +212,8 @@ def _is_present(
     if channel.source not in log:
         return False
     message = log[channel.source]
-    missing = [name for name in _fields(measurement) if name not in message.fields]
+    asked = _fields(measurement, airframe.parameters)
+    missing = [name for name in asked if name not in message.fields]
     if missing:
         warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
@@ -211,13 +228,12 @@ def _is_present(
     return channel in log.channels
 
 
-def _fields(measurement: Measurement) -> tuple[str, ...]:
-    """Return the message fields that a measurement reads."""
-    states = {"armed", "airborne", "mode", "phase"}
+def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the message fields that a measurement reads; a parameter of the model is none."""
     own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
     condition = symbols(measurement.when) if measurement.when else ()
-    names = (*own, *(name for name in condition if name not in states))
-    return tuple(dict.fromkeys(names))
+    names = dict.fromkeys((*own, *condition))
+    return tuple(name for name in names if name not in STATES and name not in parameters)
 
 
 def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
@@ -285,12 +301,16 @@ def _faults(equations: list[SystemEquation], airframe: Airframe) -> list[Fault]:
     return faults
 
 
-def _request(measurement: Measurement, variable: Variable) -> Request:
+def _request(
+    measurement: Measurement, variable: Variable, parameters: Mapping[str, ParameterValue]
+) -> Request:
+    constants = {name: Number(value.value) for name, value in parameters.items()}
+    value, when = measurement.value, measurement.when
     return Request(
         channel=measurement.channel,
-        fields=_fields(measurement),
-        value=None if measurement.value is None else _compute(measurement.value),
-        valid=None if measurement.when is None else _compute(measurement.when),
+        fields=_fields(measurement, parameters),
+        value=None if value is None else _compute(substitute(value, constants)),
+        valid=None if when is None else _compute(substitute(when, constants)),
         raw=measurement.raw,
         circular=variable.circular,
         latency=measurement.latency,

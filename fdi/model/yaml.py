@@ -147,7 +147,9 @@ class _Reader:
                 case "int":
                     return int(text.replace("_", ""), 0) if len(text) < 30 else float(text)
                 case "float":
-                    return float(text.replace("_", ""))
+                    return float(
+                        text.replace("_", "").replace(".inf", "inf").replace(".nan", "nan")
+                    )
                 case "str" | "timestamp":
                     return text
         except ValueError:

@@ -157,7 +157,9 @@ class _Graph:
                     arguments[name] = self._channel(self._shown[str(self.system.shown[name])])
                 elif name in self.system.variables:
                     equation = self.system.equations[number].name
-                    raise _UnsolvableError(f"the condition of {equation} needs {name}: not measured")
+                    raise _UnsolvableError(
+                        f"the condition of {equation} needs {name}: not measured"
+                    )
         return tuple(sorted(arguments.items()))
 
     def _gate(
@@ -194,7 +196,9 @@ class _Graph:
     ) -> None:
         if any(self.system.equations[i].differential for i in block):
             names = ", ".join(self.system.equations[i].name for i in block)
-            raise _UnsolvableError(f"{names} form a dynamic loop, which would have to be integrated")
+            raise _UnsolvableError(
+                f"{names} form a dynamic loop, which would have to be integrated"
+            )
         values.update(self._add_newton(block, solved, values))
 
     def _add_newton(

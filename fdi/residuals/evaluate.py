@@ -264,9 +264,7 @@ def _moved(
     effects: Effects = {}
     for source in sources:
         moved = {
-            name: value.column + value.effects[source]
-            if source in value.effects
-            else value.column
+            name: value.column + value.effects[source] if source in value.effects else value.column
             for name, value in arguments.items()
         }
         change = compute(moved) - column
@@ -310,8 +308,7 @@ def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
     effects: list[Effects] = [{} for _ in columns]
     for source in sources:
         moved = {
-            name: value.column + value.effects.get(source, 0.0)
-            for name, value in arguments.items()
+            name: value.column + value.effects.get(source, 0.0) for name, value in arguments.items()
         }
         for own, column, after in zip(effects, columns, solve(moved), strict=True):
             own[source] = np.nan_to_num(after - column)

@@ -11,8 +11,7 @@ A mask of cells has the lowest bit of each chosen cell set. What the vectors mea
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from itertools import accumulate
+from collections.abc import Sequence
 
 P = (1 << 61) - 1
 WIDTH = 128
@@ -128,12 +127,12 @@ def cells(packed: int, n: int) -> list[int]:
     return memoryview(packed.to_bytes(16 * n, "little")).cast("Q").tolist()[::2]
 
 
-def inverses(values: Iterable[int]) -> list[int]:
+def inverses(values: Sequence[int]) -> list[int]:
     """Return the inverses of non-zero numbers modulo P.
 
     Parameters
     ----------
-    values : iterable of int
+    values : sequence of int
         None of them a multiple of P.
 
     Returns
@@ -155,11 +154,13 @@ def inverses(values: Iterable[int]) -> list[int]:
     >>> [x * y % P for x, y in zip((2, 5), inverses((2, 5)))]
     [1, 1]
     """
-    numbers = list(values)
-    prefixes = list(accumulate(numbers, lambda x, y: x * y % P, initial=1))
-    inverse = pow(prefixes.pop(), -1, P)
-    result = prefixes
-    for i in range(len(numbers) - 1, -1, -1):
-        result[i] = inverse * prefixes[i] % P
-        inverse = inverse * numbers[i] % P
-    return result
+    prefixes: list[int] = []
+    product = 1
+    for value in values:
+        prefixes.append(product)
+        product = product * value % P
+    inverse = pow(product, -1, P)
+    for i in range(len(prefixes) - 1, -1, -1):
+        prefixes[i] = inverse * prefixes[i] % P
+        inverse = inverse * values[i] % P
+    return prefixes

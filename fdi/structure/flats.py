@@ -190,28 +190,27 @@ def _lines_through(
 def _points(node: _Node, sets: tuple[int, ...]) -> _Points:
     """Return the cells in coordinates in which the first vector is 1 everywhere."""
     m = len(sets)
+    kind_of = _flags(node.forbidden << 1 | node.allowed, m)
     alive = _indices(node.alive, m)
     z, middle, last = (cells(vector, m) for vector in (node.vectors[0], *node.vectors[-2:]))
-    forbidden, allowed = _flags(node.forbidden, m), _flags(node.allowed, m)
-    merged: dict[int, list[int]] = {}
-    factor_of = dict(zip(alive, inverses([z[k] for k in alive]), strict=True))
-    for k, factor in factor_of.items():
-        merged.setdefault(last[k] * factor % P, []).append(k)
-    x = [middle[group[0]] * factor_of[group[0]] % P for group in merged.values()]
-    merged_sets = [sum([sets[k] for k in group]) for group in merged.values()]
-    points = _Points(x, list(merged), merged_sets, [], [], [])
-    for i, group in enumerate(merged.values()):
-        if any(forbidden[k] for k in group):
-            points.forbidden.append(i)
-        elif any(allowed[k] for k in group):
-            points.chosen.append(i)
+    place: dict[int, int] = {}
+    x, point_sets, kinds = list[int](), list[int](), list[int]()
+    for k, scale in zip(alive, inverses([z[k] for k in alive]), strict=True):
+        y = last[k] * scale % P
+        i = place.setdefault(y, len(x))
+        if i == len(x):
+            x.append(middle[k] * scale % P)
+            point_sets.append(sets[k])
+            kinds.append(kind_of[k])
         else:
-            points.passive.append(i)
-    return points
+            point_sets[i] |= sets[k]
+            kinds[i] = max(kinds[i], kind_of[k])
+    passive, chosen, forbidden = ([i for i, k in enumerate(kinds) if k == own] for own in range(3))
+    return _Points(x, list(place), point_sets, chosen, forbidden, passive)
 
 
 def _flags(mask: int, n: int) -> bytes:
-    """Return one byte for each cell, not zero where the mask holds it."""
+    """Return for each cell the lowest byte of it."""
     return mask.to_bytes(n * WIDTH // 8, "little")[:: WIDTH // 8]
 
 

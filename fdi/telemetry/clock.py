@@ -142,7 +142,13 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
         arrival, more = _shorten_pauses(arrival, np.empty(0, np.int64), np.zeros(1, np.int64))
         none = np.zeros(stamp_us.size, np.int64)
         return Timeline(
-            arrival, none, np.array([np.nan]), np.zeros(1, np.int64), np.nan, zero, (*quality, *more)
+            arrival,
+            none,
+            np.array([np.nan]),
+            np.zeros(1, np.int64),
+            np.nan,
+            zero,
+            (*quality, *more),
         )
     seconds = _unwrap_ms(boot_ms[main]) / 1000
     first = _first_of_boots(rows[main], seconds, arrival)
@@ -186,7 +192,8 @@ def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
     padded = np.concatenate((np.repeat(-np.inf, 2), values, np.repeat(np.inf, 2)))
     windows = np.lib.stride_tricks.sliding_window_view(padded, 5)
     # at the ends the padding keeps an ascending sequence its own median
-    return np.abs(values - np.median(windows, axis=1)) > limit
+    far: NDArray[np.bool_] = np.abs(values - np.median(windows, axis=1)) > limit
+    return far
 
 
 def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
@@ -204,7 +211,6 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
     zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
     exact = (signed - zero) / 1e6
     arrival = np.where(wrong, seconds - (zero - origin) / 1e6, exact)
-    arrival[back[0] if back.size else arrival.size :] -= 0.0
     shift = np.zeros(seconds.size)
     shift[back] = -steps[back]
     arrival += np.cumsum(shift)
@@ -229,7 +235,8 @@ def _far_ends(seconds: Floats) -> NDArray[np.bool_]:
 
 def _unwrap_ms(boot_ms: Ints) -> Floats:
     step = np.diff(boot_ms, prepend=boot_ms[:1])
-    return (boot_ms + np.cumsum(np.where(step < -(2**31), 2**32, 0))).astype(np.float64)
+    seconds: Floats = (boot_ms + np.cumsum(np.where(step < -(2**31), 2**32, 0))).astype(np.float64)
+    return seconds
 
 
 def _first_of_boots(rows: Ints, seconds: Floats, arrival: Floats) -> Ints:
@@ -257,7 +264,9 @@ def _remove_clock_jumps(
     same = np.diff(boot) == 0
     for i in np.flatnonzero((np.abs(np.diff(delay)) > STEP_S) & same):
         # a link that stalls and then catches up returns to its lower envelope; a clock does not
-        before = delay[max(i + 1 - _ENVELOPE, 0) : i + 1][boot[max(i + 1 - _ENVELOPE, 0) : i + 1] == boot[i]]
+        before = delay[max(i + 1 - _ENVELOPE, 0) : i + 1][
+            boot[max(i + 1 - _ENVELOPE, 0) : i + 1] == boot[i]
+        ]
         after = delay[i + 1 : i + 1 + _ENVELOPE][boot[i + 1 : i + 1 + _ENVELOPE] == boot[i]]
         step = float(after.min() - before.min())
         if abs(step) <= STEP_S:
@@ -270,9 +279,7 @@ def _remove_clock_jumps(
     return arrival, found
 
 
-def _shorten_pauses(
-    arrival: Floats, rows: Ints, first: Ints
-) -> tuple[Floats, list[QualityRecord]]:
+def _shorten_pauses(arrival: Floats, rows: Ints, first: Ints) -> tuple[Floats, list[QualityRecord]]:
     """Return the stamps with pauses of more than an hour shortened, unless one boot spans them."""
     found = []
     arrival = arrival.copy()
@@ -284,7 +291,9 @@ def _shorten_pauses(
                 continue  # the vehicle's clock went on through the pause
         pause = float(arrival[i + 1] - arrival[i])
         arrival[i + 1 :] -= pause - SHORT_PAUSE_S
-        text = f"a pause of {pause / 3600:.1f} h between two recordings, shown as {SHORT_PAUSE_S:g} s"
+        text = (
+            f"a pause of {pause / 3600:.1f} h between two recordings, shown as {SHORT_PAUSE_S:g} s"
+        )
         found.append(_finding("clock_jump", float(arrival[i + 1]), 1, text))
     return arrival, found
 
@@ -299,7 +308,12 @@ def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np
     """
     created, boots = line.created, range(line.first.size)
     gap = np.array(
-        [np.median((utc - created[utc_rows])[line.boot[utc_rows] == k]) if np.any(line.boot[utc_rows] == k) else np.nan for k in boots]
+        [
+            np.median((utc - created[utc_rows])[line.boot[utc_rows] == k])
+            if np.any(line.boot[utc_rows] == k)
+            else np.nan
+            for k in boots
+        ]
     )
     source, uncertainty = "vehicle", line.delay
     if not np.isfinite(gap).any():

@@ -69,6 +69,8 @@ class Flight:
         When the vehicle was last that high above the place of landing.
     impact_speed : float or None
         m/s, descent just before the impact.
+    flew : bool
+        False: armed, and never left the ground.
     """
 
     start: float
@@ -79,10 +81,13 @@ class Flight:
     climbed: float | None = None
     approach: float | None = None
     impact_speed: float | None = None
+    flew: bool = True
 
     @property
     def airborne(self) -> tuple[float, float]:
-        """The part spent in the air, (from, to)."""
+        """The part spent in the air, (from, to); empty where it never left the ground."""
+        if not self.flew:
+            return self.start, self.start
         ends = [x for x in (self.landing, self.impact) if x is not None]
         return self.start if self.takeoff is None else self.takeoff, min([*ends, self.end])
 
@@ -134,6 +139,8 @@ def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:
 
 
 def _paint(flight: Flight, at: Floats, phase: NDArray[Any], airborne: NDArray[np.bool_]) -> None:
+    if not flight.flew:
+        return
     low, high = flight.airborne
     is_up = (at >= low) & (at <= high)
     airborne |= is_up

@@ -67,6 +67,8 @@ class Log:
     sha256 : str
     duration : float
         s, from the first to the last record of whatever source.
+    span : (float, float)
+        s, first and last record of the vehicle itself.
     messages : Mapping[str, Message]
         By key: ``ATTITUDE``, ``BATTERY_STATUS[1]``; the chosen vehicle's.
     parameters : Mapping[str, float]
@@ -86,6 +88,7 @@ class Log:
     bytes: int
     sha256: str
     duration: float
+    span: tuple[float, float]
     messages: Mapping[str, Message]
     parameters: Mapping[str, float]
     parameter_changes: tuple[ParameterChange, ...]
@@ -105,18 +108,12 @@ class Log:
         """The file's name without its folder."""
         return self.path.name
 
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time of the vehicle's own messages, s."""
-        filled = [m.t for m in self.messages.values() if m.t.size]
-        if not filled:
-            return 0.0, self.duration
-        return float(min(t[0] for t in filled)), float(max(t[-1] for t in filled))
-
     def __getitem__(self, key: str) -> Message:
         found = self.messages.get(key)
         if found is None:
-            raise UsageError(f"{self.name} has no message {key}", hint=f"it has {list(self.messages)}")
+            raise UsageError(
+                f"{self.name} has no message {key}", hint=f"it has {list(self.messages)}"
+            )
         return found
 
     def __contains__(self, key: object) -> bool:

@@ -93,7 +93,9 @@ class Message:
 
     def __repr__(self) -> str:
         rate = (len(self) - 1) / (self.t[-1] - self.t[0]) if len(self) > 1 else 0.0
-        return f"<Message {self.key}: {len(self)} records, {rate:.2g} Hz, {len(self.fields)} fields>"
+        return (
+            f"<Message {self.key}: {len(self)} records, {rate:.2g} Hz, {len(self.fields)} fields>"
+        )
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -40,7 +40,9 @@ def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
     for name, magic in NOT_READ.items():
         if data[: len(magic)].tobytes() == magic:
             raise LogError(
-                f"is {name}, which this version does not read", where=str(where), hint="give a .tlog"
+                f"is {name}, which this version does not read",
+                where=str(where),
+                hint="give a .tlog",
             )
     for is_it, read_it in FORMATS.values():
         if is_it(data):

@@ -20,10 +20,10 @@ def models(draw, max_equations=7, max_unknowns=5):
     """A model with empty rows, unused unknowns, and faults in one to three equations."""
     m = draw(st.integers(0, max_equations))
     n = draw(st.integers(0, max_unknowns))
-    unknowns = st.integers(0, n - 1) if n else st.nothing()
-    rows = draw(st.lists(st.lists(unknowns, max_size=3), min_size=m, max_size=m))
-    where = st.lists(st.integers(0, m - 1), min_size=1, max_size=3) if m else st.nothing()
-    faults = draw(st.lists(where, max_size=4))
+    row = st.lists(st.integers(0, n - 1), max_size=3) if n else st.just([])
+    rows = draw(st.lists(row, min_size=m, max_size=m))
+    where = st.lists(st.integers(0, max(m - 1, 0)), min_size=1, max_size=3)
+    faults = draw(st.lists(where, max_size=4 if m else 0))
     return Model(
         tuple(f"e{i}" for i in range(m)),
         tuple(f"x{i}" for i in range(n)),

@@ -1,9 +1,10 @@
 from hypothesis import given
-from structure import naive
-from structure.models import models
 
 from fdi.structure import Model, decompose, graph_components
 from fdi.structure.decomposition import Part, overdetermined
+
+from . import naive
+from .models import models
 
 
 @given(models())

@@ -1,12 +1,13 @@
 from hypothesis import given, settings
-from structure import naive
-from structure.models import models
 
 from fdi.structure import Model, classes
 
+from . import naive
+from .models import models
+
 
 @given(models(max_equations=9, max_unknowns=7))
-@settings(max_examples=300)
+@settings(max_examples=1000, deadline=None)
 def test_classes_equal_brute_force(model):
     assert [list(part.equations) for part in classes(model).sets] == naive.classes(model)
 

@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import coo_array, csr_array
-from structure.models import models
 
 from fdi.errors import ModelError
 from fdi.structure import Fault, Model, bitset, load_reference, members, submodel
+
+from .models import models
 
 
 @given(st.sets(st.integers(0, 300)))

@@ -1,8 +1,9 @@
 from hypothesis import given
-from structure import naive
-from structure.models import models
 
 from fdi.structure.matching import maximum_matching
+
+from . import naive
+from .models import models
 
 
 def assert_is_matching(matching, rows):
@@ -25,7 +26,7 @@ def test_matching_is_as_large_as_the_rank_by_brute_force(model):
 
 
 def test_matching_of_a_long_chain_needs_no_recursion():
-    """The greedy start matches (i, i); only one path through all 5,000 equations makes it perfect."""
+    """The greedy start matches (i, i); only one path through all equations makes it perfect."""
     n = 5000
     rows = [(i, i + 1) for i in range(n - 1)] + [(0,)]
     matching = maximum_matching(rows, n)

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from structure.models import SHARED, needs_shared, paper_model
 
 from fdi.structure import (
     count_bound,
@@ -16,6 +15,8 @@ from fdi.structure import (
     mtes_sets,
 )
 from fdi.structure.isolability import not_isolable_groups
+
+from .models import SHARED, needs_shared, paper_model
 
 pytestmark = [needs_shared, pytest.mark.parametrize("faults", [77, 79])]
 

@@ -8,7 +8,6 @@ import hashlib
 import json
 
 import pytest
-from structure.models import REFERENCE, needs_shared
 
 from fdi.structure import (
     classes,
@@ -20,6 +19,8 @@ from fdi.structure import (
     mso_sets,
     mtes_sets,
 )
+
+from .models import REFERENCE, needs_shared
 
 pytestmark = needs_shared
 
@@ -42,11 +43,12 @@ each_model = pytest.mark.parametrize("path", REFERENCE, ids=names(REFERENCE))
 
 
 def cases(kind):
-    for path in REFERENCE:
-        count = reference_of(path).get(kind, {}).get("count")
-        if count is not None:
-            marks = [pytest.mark.soak] if count > QUICK else []
-            yield pytest.param(path, id=path.stem, marks=marks)
+    counts = ((path, reference_of(path).get(kind, {}).get("count")) for path in REFERENCE)
+    return [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.soak] if count > QUICK else [])
+        for path, count in counts
+        if count is not None
+    ]
 
 
 @each_model

@@ -124,9 +124,7 @@ def _loader(
     return load
 
 
-def _absence(
-    payloads: Payloads, wanted: FieldDefinition
-) -> Callable[[], NDArray[np.bool_] | None]:
+def _absence(payloads: Payloads, wanted: FieldDefinition) -> Callable[[], NDArray[np.bool_] | None]:
     def absent() -> NDArray[np.bool_] | None:
         return payloads.absent(wanted)
 

@@ -188,7 +188,8 @@ def _crc(data: Bytes, at: Ints, count: int, extra: NDArray[np.uint16]) -> NDArra
         block = np.ascontiguousarray(block[:, 1:])
     for word in np.ascontiguousarray(block.view("<u2").T):
         crc = two.take(crc ^ word)
-    return (crc >> 8) ^ one[(crc ^ extra) & 0xFF]
+    done: NDArray[np.uint16] = (crc >> 8) ^ one[(crc ^ extra) & 0xFF]
+    return done
 
 
 def gather(data: Bytes, at: Ints, count: int) -> Bytes:
@@ -235,7 +236,8 @@ def _is_uncovered(frames: _Candidates, good: _Candidates) -> Mask:
     free_before = (before < 0) | (good.end[np.maximum(before, 0)] <= frames.start)
     last = good.start.size - 1
     free_after = (before == last) | (good.start[np.minimum(before + 1, last)] >= frames.end)
-    return free_before & free_after
+    free: Mask = free_before & free_after
+    return free
 
 
 def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: _Candidates) -> Mask:
@@ -244,7 +246,8 @@ def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: _Candidates) -> M
         return np.ones(lone.start.size, np.bool_)
     stamps, known = _stamps(data, lone.start), _stamps(data, good.start)
     low, high = np.quantile(known, [0.01, 0.99])
-    return (stamps >= low - _DAY_US) & (stamps <= high + _DAY_US)
+    near: Mask = (stamps >= low - _DAY_US) & (stamps <= high + _DAY_US)
+    return near
 
 
 def _stamps(data: Bytes, start: Ints) -> NDArray[np.uint64]:

@@ -89,7 +89,11 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
     starts, ends = (np.sort([gap[side] for gap in gaps]) for side in (0, 1))
     silent = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
     is_gap = np.concatenate(([False], silent >= _LINK_SHARE * regular, [False])).astype(np.int8)
-    found = list(zip(np.flatnonzero(np.diff(is_gap) == 1), np.flatnonzero(np.diff(is_gap) == -1), strict=True))
+    found = list(
+        zip(
+            np.flatnonzero(np.diff(is_gap) == 1), np.flatnonzero(np.diff(is_gap) == -1), strict=True
+        )
+    )
     spans = [(float(edges[a]), float(edges[b])) for a, b in found]
     if len(spans) > _SINGLE:
         total = sum(b - a for a, b in spans)
@@ -102,7 +106,7 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
 
 def lost_frames(sequence: NDArray[np.uint8]) -> int:
     """Return how many frames are missing in a sequence that counts modulo 256."""
-    step = np.diff(sequence.astype(np.int16)) % 256
+    step = np.mod(np.diff(sequence.astype(np.int16)), 256)
     return int((step[(step > 1) & (step < _SEQUENCE_STEP)] - 1).sum())
 
 

@@ -110,8 +110,10 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     }
     values, changes, named = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
-    flights = find_flights(messages, events)
     is_own = (frames.system == vehicle.system) & (frames.component == vehicle.component)
+    span = float(line.created[is_own].min()), float(line.created[is_own].max())
+    has_wings = vehicle.vehicle in ("plane", "vtol", "other")
+    flights = find_flights(messages, events, span, has_wings=has_wings)
     quality = [
         *damage_records(frames, line),
         *line.quality,
@@ -126,8 +128,9 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         path,
         "tlog",
         int(data.size),
-        sha256(data).hexdigest(),
+        sha256(memoryview(data)).hexdigest(),
         _duration(line),
+        span,
         MappingProxyType(messages),
         MappingProxyType(values),
         changes,
@@ -199,7 +202,7 @@ def _choose(groups: Groups, frames: Frames, system: int | None) -> _Vehicle:
     def rank(sender: tuple[int, int]) -> tuple[bool, bool, int]:
         kind = known[sender]
         flies = kind is not None and kind[0] != _GROUND_STATION and kind[1] != _NO_AUTOPILOT
-        is_ground = kind is not None and kind[0] == _GROUND_STATION or sender == _RADIO
+        is_ground = (kind is not None and kind[0] == _GROUND_STATION) or sender == _RADIO
         return flies, not is_ground, count[sender]
 
     sender = max(sorted(wanted), key=rank)
@@ -270,8 +273,13 @@ def _messages(
         is_radio = sender[:2] == _RADIO and name in ("RADIO", "RADIO_STATUS")
         if (system != vehicle.system and not is_radio) or name in taken:
             continue
-        if any(groups[other] is not payloads and other[2] == sender[2] and rank(other) < rank(sender)
-               and other[0] == vehicle.system for other in groups):
+        if any(
+            groups[other] is not payloads
+            and other[2] == sender[2]
+            and rank(other) < rank(sender)
+            and other[0] == vehicle.system
+            for other in groups
+        ):
             continue
         for instance, part in _instances(payloads):
             is_own = sender[:2] == (vehicle.system, vehicle.component)

@@ -1,0 +1,116 @@
+"""From a log to the answer: the corridor, one readable function that calls the stages in order."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from fdi import __version__
+from fdi.decision import load_policy
+from fdi.diagnosis import diagnose
+from fdi.errors import ModelError
+from fdi.model import load_airframe
+from fdi.model.choose import choose_model
+from fdi.report import write_report
+from fdi.residuals.cache import cached_bank
+from fdi.result import Analysis
+from fdi.telemetry import read
+
+Progress = Callable[[str, float], None]
+
+
+class _Watch:
+    """Times the stages and tells how far the analysis is."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.timings: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def stage(self, name: str, share: float) -> Iterator[None]:
+        if self._progress:
+            self._progress(name, share)
+        start = time.perf_counter()
+        yield
+        self.timings[name] = time.perf_counter() - start
+
+
+def analyze(
+    path: str | Path,
+    *,
+    model: str | Path = "auto",
+    policy: str | Path = "default",
+    window: tuple[float, float] | None = None,
+    rate: float | None = None,
+    system: int | None = None,
+    command: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> Analysis:
+    """Return the analysis of a log: the whole chain.
+
+    Parameters
+    ----------
+    path : str or Path
+        The log.
+    model : str or Path
+        A shipped model, a file, or ``auto``: by the type of the vehicle.
+    policy : str or Path
+        A shipped policy or a file.
+    window : (float, float), optional
+        From when to when, s of the log's clock, both ends included.
+    rate : float, optional
+        Samples per second; by default from the channels' own rates.
+    system : int, optional
+        Which vehicle of the log, by its MAVLink system id.
+    command : sequence of str
+        What the user called, for the record.
+    progress : callable, optional
+        Is told the stage that begins and the share of work done.
+
+    Raises
+    ------
+    LogError, ModelError, UsageError
+        The log, the model or policy, or an argument is wrong.
+    """
+    watch = _Watch(progress)
+    with watch.stage("load", 0.0):
+        recipe = load_policy(policy).resample(window=window, rate_hz=rate)
+    with watch.stage("read", 0.05):
+        log = read(path, system=system)
+    with watch.stage("observe", 0.3):
+        airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
+        observed = airframe.observe(log)
+    with watch.stage("derive", 0.4):
+        bank = cached_bank(observed, recipe.tests)
+        if not bank.generators:
+            raise ModelError(
+                f"has no residual generator with the telemetry of {log.name}",
+                where=airframe.name,
+                hint="choose another model with --model",
+            )
+    with watch.stage("sample", 0.5):
+        signals = log.signals(observed.channels, recipe.sampling)
+    with watch.stage("evaluate", 0.6):
+        residuals = bank.evaluate(signals, recipe.differentiation)
+    with watch.stage("decide", 0.8):
+        alarms = recipe.decide(residuals)
+    with watch.stage("diagnose", 0.9):
+        diagnosis = diagnose(alarms, bank)
+    return Analysis(
+        log=log,
+        airframe=airframe,
+        policy=recipe,
+        system=observed,
+        bank=bank,
+        signals=signals,
+        residual_values=residuals,
+        alarms=alarms,
+        diagnosis=diagnosis,
+        warnings=observed.warnings,
+        timings=watch.timings,
+        command=tuple(command),
+        version=__version__,
+        writer=write_report,
+    )

@@ -1,0 +1,150 @@
+"""When is a residual beyond what health explains? The ways to decide, one function each.
+
+``predicted_spread``: |residual - centre| beyond the tolerance plus a number of standard deviations
+that the stated accuracies predict at that very sample, widened by what the calm part shows; a
+trigger that persists is an alarm. ``rank``: the published threshold, the sample of a given rank, so
+that 3 % of the samples trigger whatever happens; every trigger is an alarm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
+from fdi.decision.noise import airborne_mask, centres, inflations, reference_mask
+from fdi.residuals import Residuals
+
+if TYPE_CHECKING:
+    from fdi.decision.policy import Policy
+
+
+@dataclass(frozen=True, slots=True)
+class PredictedSpread:
+    """Thresholds from stated accuracies; see ``policies/default.yaml`` for each number."""
+
+    sigmas: float = 4.0
+    persistence_s: float = 1.5
+    least_samples: int = 3
+    most_inflation: float = 4.0
+    reference_s: float = 20.0
+    block_s: float = 5.0
+    method: Literal["predicted_spread"] = "predicted_spread"
+
+
+@dataclass(frozen=True, slots=True)
+class Rank:
+    """The published threshold: the sample of rank floor(quantile * n) of |residual|."""
+
+    quantile: float = 0.97
+    negligible: float = 2.2e-16
+    method: Literal["rank"] = "rank"
+
+
+def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
+    """Return the alarms of residuals that leave their predicted spread."""
+    recipe = policy.decision
+    assert isinstance(recipe, PredictedSpread)
+    signals = residuals.signals
+    values, spread = residuals.values, residuals.spread
+    tolerance = residuals.tolerance[:, None]
+    reference = reference_mask(signals, recipe.reference_s)
+    centre = centres(values, residuals.allowance, reference)
+    deviation = np.maximum(np.abs(values - centre[:, None]) - tolerance, 0.0)
+    block = max(3, round(recipe.block_s * signals.rate_hz))
+    factor = inflations(deviation, spread, airborne_mask(signals), block, recipe.most_inflation)
+    threshold = tolerance + recipe.sigmas * factor[:, None] * spread
+    state = _states(np.abs(values - centre[:, None]), threshold)
+    least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
+    alarm = np.array([persistent(row == TRIGGERED, row == UNKNOWN, least) for row in state])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        strength = np.abs(values - centre[:, None]) / threshold
+    strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
+    confirm = residuals.delay_s + (least - 1) / signals.rate_hz
+    return _alarms(residuals, policy, threshold, centre, state, alarm, strength, confirm)
+
+
+def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
+    """Return the alarms of residuals beyond the sample of a given rank, as published.
+
+    References
+    ----------
+    Zogopoulos-Papaliakos, Logothetis, Kyriakopoulos, section IV: a residual triggers above the 97th
+    percentile of its own absolute value over the window.
+    """
+    recipe = policy.decision
+    assert isinstance(recipe, Rank)
+    size = np.abs(residuals.values)
+    threshold = np.full(size.shape, np.nan)
+    for row, own in enumerate(size):
+        known = np.sort(own[np.isfinite(own)])
+        if len(known):
+            rank = max(1, int(np.floor(recipe.quantile * len(known))))
+            threshold[row] = known[rank - 1]
+    state = _states(size, threshold)
+    state[np.nan_to_num(size).max(axis=1) < recipe.negligible] = QUIET
+    with np.errstate(divide="ignore", invalid="ignore"):
+        strength = np.minimum(size / threshold, 1e6)
+    zero = np.zeros(len(size))
+    return _alarms(
+        residuals, policy, threshold, zero, state, state == TRIGGERED, strength, zero.copy()
+    )
+
+
+def _states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArray[np.int8]:
+    unknown = ~np.isfinite(size) | ~np.isfinite(threshold)
+    state = np.where(size > threshold, TRIGGERED, QUIET)
+    return np.where(unknown, UNKNOWN, state).astype(np.int8)
+
+
+def persistent(
+    triggered: NDArray[np.bool_], unknown: NDArray[np.bool_], least: int
+) -> NDArray[np.bool_]:
+    """Return the triggers that belong to a run of at least ``least``.
+
+    Parameters
+    ----------
+    triggered, unknown : (n,) bool
+        An unknown sample neither ends a run nor counts for it.
+    least : int
+
+    Examples
+    --------
+    >>> on = np.array([1, 1, 0, 1, 1, 1], bool)
+    >>> persistent(on, np.zeros(6, bool), 3).astype(int).tolist()
+    [0, 0, 0, 1, 1, 1]
+    """
+    known = np.flatnonzero(~unknown)
+    result = np.zeros(len(triggered), dtype=bool)
+    on = triggered[known]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - start >= least:
+            result[known[start] : known[end - 1] + 1] = True
+    return result
+
+
+def _alarms(
+    residuals: Residuals,
+    policy: Policy,
+    threshold: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    state: NDArray[np.int8],
+    alarm: NDArray[np.bool_],
+    strength: NDArray[np.float64],
+    confirm: NDArray[np.float64],
+) -> Alarms:
+    alarm = alarm.reshape(state.shape)
+    for array in (threshold, centre, state, alarm, strength, confirm):
+        array.flags.writeable = False
+    return Alarms(residuals, policy, threshold, centre, state, alarm, strength, confirm)
+
+
+DETECTORS: Final[Mapping[str, Callable[[Residuals, Policy], Alarms]]] = {
+    "predicted_spread": by_predicted_spread,
+    "rank": by_rank,
+}

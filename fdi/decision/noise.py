@@ -1,0 +1,83 @@
+"""How does a residual behave while nothing is wrong? Its centre and spread in the calm part.
+
+In: a residual's column with its predicted spread and what a constant offset may amount to. Out: the
+constant to take off, and the factor by which the stated spread is too small. The centre is the
+median over a reference stretch, the first seconds in the air, and never more than the offset that
+the model allows: a fault since boot stays visible beyond it. The factor comes from the calm part:
+the flight is cut into blocks, each block has its own spread, and the median block counts, so that a
+fault in less than half of the flight does not hide itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.model.evaluate import Floats
+from fdi.telemetry import Signals
+
+GAUSSIAN_90: float = 1.645
+"""90 % of a standard normal variable lie within this many standard deviations."""
+SETTLING_S: float = 5.0
+"""After take-off filters and controllers settle, s; read off healthy simulated flights."""
+
+
+def airborne_mask(signals: Signals) -> NDArray[np.bool_]:
+    """Return where the vehicle flies; everywhere if it never does."""
+    flying = np.asarray(signals.state.airborne, dtype=bool)
+    return flying if flying.any() else np.ones(len(signals.t), dtype=bool)
+
+
+def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
+    """Return the stretch from which offsets are taken: the first seconds in the air."""
+    flying = airborne_mask(signals)
+    start = signals.t[np.argmax(flying)] + SETTLING_S
+    return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))
+
+
+def centres(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> Floats:
+    """Return the constant offset of every residual, within what the model allows.
+
+    Parameters
+    ----------
+    values, allowance : (r, n) float
+    reference : (n,) bool
+
+    Returns
+    -------
+    (r,) float
+    """
+    result = np.zeros(len(values))
+    for row, own in enumerate(values):
+        known = own[reference & np.isfinite(own)]
+        bound = np.nanmax(allowance[row]) if np.isfinite(allowance[row]).any() else 0.0
+        if len(known) and bound > 0:
+            result[row] = np.clip(np.median(known), -bound, bound)
+    return result
+
+
+def inflations(
+    deviations: Floats, spread: Floats, calm: NDArray[np.bool_], block: int, most: float
+) -> Floats:
+    """Return by how much the stated spread of every residual is too small, from 1 to ``most``.
+
+    Parameters
+    ----------
+    deviations : (r, n) float
+        What is left of the residual beyond its centre and tolerance, not negative.
+    spread : (r, n) float
+        Predicted; where it is 0 the residual has no stated spread and the factor is 1.
+    calm : (n,) bool
+    block : int
+        Samples in a block.
+    """
+    result = np.ones(len(deviations))
+    for row, own in enumerate(deviations):
+        known = calm & np.isfinite(own) & (spread[row] > 0)
+        if known.sum() < 2 * block:
+            continue
+        ratio = own[known] / spread[row][known]
+        cut = len(ratio) // block * block
+        levels = np.quantile(ratio[:cut].reshape(-1, block), 0.9, axis=1)
+        result[row] = np.clip(np.median(levels) / GAUSSIAN_90, 1.0, most)
+    return result

@@ -1,0 +1,117 @@
+"""How is an analysis carried out? A policy is a recipe in one file; every stage gets its part.
+
+In: a shipped policy's name or a path. Out: a ``Policy``. The file is YAML, checked for shape by
+pydantic; each part is the value that its stage takes (tests, sampling, differentiation, decision,
+marking).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from fdi.decision.alarms import Alarms
+from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
+from fdi.errors import ModelError
+from fdi.model.yaml import read_document
+from fdi.residuals import Differentiation, Residuals
+from fdi.telemetry import Sampling
+
+Marking = Literal["majority", "all_residuals"]
+FOLDER = Path(__file__).parent / "policies"
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """A recipe.
+
+    Attributes
+    ----------
+    tests : str
+        Which test sets the bank implements.
+    sampling, differentiation, decision
+        The parts for the stages of these names.
+    marking : str
+        When a fault is marked in the grid.
+    accuse : bool
+        Whether components are accused at all.
+    """
+
+    name: str
+    sha256: str
+    description: str
+    tests: Literal["mtes", "mtes+cross_checks"]
+    sampling: Sampling
+    differentiation: Differentiation
+    decision: PredictedSpread | Rank
+    marking: Marking
+    accuse: bool
+
+    def decide(self, residuals: Residuals) -> Alarms:
+        """Return which residuals are beyond their threshold, and when."""
+        return DETECTORS[self.decision.method](residuals, self)
+
+    def resample(
+        self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None
+    ) -> Policy:
+        """Return the policy with a window, s of the log's clock, and a rate where one is given."""
+        sampling = replace(self.sampling, window=window)
+        if rate_hz is not None:
+            sampling = replace(sampling, rate_hz=rate_hz)
+        return replace(self, sampling=sampling)
+
+
+def shipped_policies() -> tuple[str, ...]:
+    """Return the names of the shipped policies, sorted."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+
+
+def load_policy(name: str | Path) -> Policy:
+    """Return a shipped policy by its name, or the policy in a file.
+
+    Raises
+    ------
+    ModelError
+        There is no such policy, or the file is wrong.
+    """
+    path = FOLDER / f"{name}.yaml" if str(name) in shipped_policies() else Path(name)
+    if not path.exists():
+        known = ", ".join(shipped_policies())
+        raise ModelError("is neither a file nor a shipped policy", where=str(name), hint=known)
+    document = read_document(path)
+    from pydantic import TypeAdapter, ValidationError
+
+    from fdi.decision.schema import PolicyFile
+
+    try:
+        spec = TypeAdapter(PolicyFile).validate_python(document.tree)
+    except ValidationError as error:
+        raise ModelError.of(
+            [
+                f"{document.name}:{document.line(item['loc'])}: "
+                f"{'.'.join(str(p) for p in item['loc'])}: {item['msg']}"
+                for item in error.errors(include_url=False)
+            ]
+        ) from None
+    return _policy(spec, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def _policy(spec: Any, digest: str) -> Policy:
+    decision: dict[str, Any] = spec.decision.model_dump()
+    kinds: dict[str, type[PredictedSpread] | type[Rank]] = {
+        "predicted_spread": PredictedSpread,
+        "rank": Rank,
+    }
+    return Policy(
+        name=spec.name,
+        sha256=digest,
+        description=spec.description,
+        tests=spec.tests,
+        sampling=Sampling(**spec.sampling.model_dump()),
+        differentiation=Differentiation(**spec.differentiation.model_dump()),
+        decision=kinds[decision.pop("method")](**decision),
+        marking=spec.marking,
+        accuse=spec.accuse,
+    )

@@ -1,0 +1,65 @@
+"""What shape has a policy file? The spec of ``format: 1``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SamplingEntry(_Entry):
+    """How channels become columns on one grid."""
+
+    rate_hz: float | None = Field(default=None, gt=0, le=1000)
+    clock: Literal["best", "record"] = "best"
+    equal_stamps: Literal["last", "mean"] = "last"
+    extrapolate: bool = False
+    unwrap: bool = True
+    gap_factor: float = Field(default=3.0, gt=1)
+    gap_min_s: float = Field(default=1.0, ge=0)
+
+
+class DifferentiationEntry(_Entry):
+    """How derivatives are taken."""
+
+    method: Literal["local_line", "backward_from_zero"] = "local_line"
+    window_s: float = Field(default=1.0, gt=0)
+    imaginary: Literal["unknown", "real_part"] = "unknown"
+
+
+class PredictedSpreadEntry(_Entry):
+    """Thresholds from stated accuracies."""
+
+    method: Literal["predicted_spread"]
+    sigmas: float = Field(default=4.0, gt=0)
+    persistence_s: float = Field(default=1.5, ge=0)
+    least_samples: int = Field(default=3, ge=1)
+    most_inflation: float = Field(default=4.0, ge=1)
+    reference_s: float = Field(default=20.0, gt=0)
+    block_s: float = Field(default=5.0, gt=0)
+
+
+class RankEntry(_Entry):
+    """Thresholds by rank, as published."""
+
+    method: Literal["rank"]
+    quantile: float = Field(default=0.97, gt=0, lt=1)
+    negligible: float = Field(default=2.2e-16, ge=0)
+
+
+class PolicyFile(_Entry):
+    """A whole file."""
+
+    format: Literal[1]
+    name: str
+    description: str = ""
+    tests: Literal["mtes", "mtes+cross_checks"]
+    sampling: SamplingEntry
+    differentiation: DifferentiationEntry
+    decision: Annotated[PredictedSpreadEntry | RankEntry, Field(discriminator="method")]
+    marking: Literal["majority", "all_residuals"]
+    accuse: bool = True

@@ -1,0 +1,230 @@
+"""Which components failed first, what follows, what is ruled out, what was not testable?
+
+The diagnose stage: ``Alarms`` + ``Bank`` -> ``Diagnosis``. Only alarms that begin in flight count,
+between take-off and landing, and never after an impact: what breaks then is no cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fdi import structure
+from fdi.decision import Alarms
+from fdi.diagnosis.explain import channels_of, evidence, kind_of, verdict
+from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
+from fdi.diagnosis.marking import fault_grid
+from fdi.diagnosis.ranking import (
+    Cause,
+    Effect,
+    Run,
+    episodes,
+    explain_episode,
+    find_runs,
+)
+from fdi.diagnosis.values import (
+    Consequence,
+    Diagnosis,
+    Finding,
+    Isolability,
+    NotTestable,
+    RuledOut,
+)
+from fdi.residuals import Bank
+from fdi.telemetry import Flight
+
+MERGE_S = 15.0
+"""A component accused again within this time is one finding: its alarms merely paused."""
+KNOWN_SHARE = 0.5
+"""A test rules out only where it was known for at least this share of the flight."""
+
+
+def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
+    """Return the diagnosis.
+
+    Parameters
+    ----------
+    alarms : Alarms
+    bank : Bank
+        The bank that the alarms come from.
+    """
+    implementable = implementable_isolability(bank)
+    structural = structural_isolability(bank.system)
+    model = bank.system.structure()
+    grid = fault_grid(alarms)
+    findings: tuple[Finding, ...] = ()
+    consequences: tuple[Consequence, ...] = ()
+    ruled_out: tuple[RuledOut, ...] = ()
+    if alarms.policy.accuse:
+        findings, consequences = _accuse(alarms)
+        named = {item.component for item in (*findings, *consequences)}
+        ruled_out = _ruled_out(alarms, bank, named)
+    testable = int((alarms.state != -1).any(axis=1).sum())
+    return Diagnosis(
+        verdict=verdict(findings, accuses=alarms.policy.accuse, testable=testable),
+        findings=findings,
+        consequences=consequences,
+        ruled_out=ruled_out,
+        not_testable=_not_testable(alarms, bank, implementable),
+        grid=grid,
+        implementable=implementable,
+        structural=structural,
+        decomposition=structure.decompose(model),
+        graph_components=len(structure.graph_components(model)),
+    )
+
+
+def in_air(flight: Flight) -> tuple[float, float]:
+    """Return from when to when, s, an alarm of a flight may accuse."""
+    start = flight.start if flight.takeoff is None else flight.takeoff
+    ends = (flight.landing, flight.impact, flight.end)
+    return start, min(end for end in ends if end is not None)
+
+
+def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...]]:
+    causes: list[tuple[int, float, Cause]] = []
+    effects: list[Effect] = []
+    signals = alarms.residuals.signals
+    flights = signals.flights or ()
+    spans = [(number, *in_air(flight)) for number, flight in enumerate(flights)]
+    if not spans and len(signals.t):
+        spans = [(0, float(signals.t[0]), float(signals.t[-1]))]
+    for number, start, end in spans:
+        own: list[Cause] = []
+        for episode in episodes(find_runs(alarms, start, end)):
+            found, following = explain_episode(alarms, episode)
+            own += found
+            effects += following
+        causes += [(number, end, cause) for cause in _merged(own)]
+    causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].weight, item[2].component))
+    findings = tuple(
+        _finding(rank, number, end, cause, alarms)
+        for rank, (number, end, cause) in enumerate(causes, 1)
+    )
+    return findings, _consequences(effects, findings)
+
+
+def _merged(causes: list[Cause]) -> list[Cause]:
+    """Return the causes with those of one component that nearly touch made one."""
+    result: list[Cause] = []
+    for cause in causes:
+        earlier = next(
+            (
+                i
+                for i, known in enumerate(result)
+                if known.component == cause.component
+                and cause.runs[0].onset - max(run.end for run in known.runs) <= MERGE_S
+            ),
+            None,
+        )
+        if earlier is None:
+            result.append(cause)
+            continue
+        known = result[earlier]
+        result[earlier] = Cause(
+            known.component,
+            tuple(dict.fromkeys((*known.faults, *cause.faults))),
+            (*known.runs, *cause.runs),
+            known.weight,
+            known.total,
+            known.inseparable,
+        )
+    return result
+
+
+def _finding(rank: int, number: int, end: float, cause: Cause, alarms: Alarms) -> Finding:
+    over = max(run.end for run in cause.runs)
+    return Finding(
+        rank=rank,
+        flight=number,
+        component=cause.component,
+        faults=_named(cause.faults, cause.runs, alarms),
+        kind=kind_of(cause, alarms),
+        onset=cause.runs[0].onset,
+        alarm=min(run.known for run in cause.runs),
+        end=None if over >= end else over,
+        confidence=max(0.0, min(1.0, cause.weight / cause.total)) if cause.total > 0 else 0.0,
+        inseparable_from=cause.inseparable,
+        evidence=evidence(cause, alarms),
+    )
+
+
+def _named(faults: tuple[str, ...], runs: tuple[Run, ...], alarms: Alarms) -> tuple[str, ...]:
+    """Return faults by the names of the system; a statement stands for what its tests hold."""
+    generators = alarms.residuals.bank.generators
+    plain = [fault for fault in faults if not fault.startswith("@")]
+    if len(plain) < len(faults):
+        plain += [fault for run in runs for fault in generators[run.row].faults]
+    return tuple(dict.fromkeys(plain))
+
+
+def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple[Consequence, ...]:
+    result = []
+    for effect in effects:
+        onset = effect.cause.runs[0].onset
+        name = effect.cause.component
+        cause = next(f for f in reversed(findings) if f.component == name and f.onset <= onset)
+        first = min(run.onset for run in effect.runs)
+        text = f"{effect.component} shows it {first - cause.onset:.1f} s after {name}"
+        faults = tuple(fault for fault in effect.faults if not fault.startswith("@"))
+        result.append(Consequence(effect.component, faults, first, cause.rank, text))
+    return tuple(sorted(result, key=lambda item: (item.onset, item.component)))
+
+
+def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, ...]:
+    """Return the components all of whose testable faults have a test that ran and stayed quiet."""
+    known = (alarms.state != -1).mean(axis=1) if alarms.state.size else np.zeros(0)
+    quiet = (known >= KNOWN_SHARE) & ~alarms.alarm.any(axis=1)
+    holds = bank.incidence
+    result = []
+    for component, columns in _by_component(bank).items():
+        testable = [c for c in columns if holds[:, c].any()]
+        tests = [np.flatnonzero(holds[:, c] & quiet) for c in testable]
+        if component in named or not tests or not all(len(rows) for rows in tests):
+            continue
+        rows = list(dict.fromkeys(int(row) for own in tests for row in own[:2]))
+        channels = dict.fromkeys(
+            channel for row in rows for channel in channels_of(bank, bank.generators[row])
+        )
+        shown = ", ".join(list(channels)[:4]) + (" ..." if len(channels) > 4 else "")
+        text = f"every testable fault has a test that ran and stayed quiet ({shown})"
+        result.append(RuledOut(component, text, tuple(bank.generators[row].id for row in rows)))
+    return tuple(sorted(result, key=lambda item: item.component))
+
+
+def _by_component(bank: Bank) -> Mapping[str, list[int]]:
+    found: dict[str, list[int]] = {}
+    for column, fault in enumerate(bank.system.faults):
+        found.setdefault(fault.component, []).append(column)
+    return found
+
+
+def _not_testable(
+    alarms: Alarms, bank: Bank, implementable: Isolability
+) -> tuple[NotTestable, ...]:
+    system = bank.system
+    present = _by_component(bank)
+    ran = (alarms.state != -1).any(axis=1)
+    concerned = {
+        equation.component
+        for generator in bank.generators
+        if (equation := system.equations[generator.residual]).component
+    }
+    result = []
+    for name in system.components:
+        columns = present.get(name, [])
+        seen = [c for c in columns if implementable.detectable[c]]
+        if name in concerned and not columns:
+            continue
+        if not columns:
+            text = "no channel in this log shows it"
+        elif not seen:
+            names = ", ".join(system.faults[c].name for c in columns[:4])
+            text = f"its channels are in no test that this telemetry allows ({names})"
+        elif not any((bank.incidence[:, c] & ran).any() for c in seen):
+            text = "its tests never had all their inputs"
+        else:
+            continue
+        result.append(NotTestable(name, text))
+    return tuple(result)

@@ -1,0 +1,104 @@
+"""What is said about a finding, in words that a person can check against a plot?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fdi.decision import Alarms
+from fdi.diagnosis.ranking import Cause, Run
+from fdi.diagnosis.values import Evidence, Finding, FindingKind
+from fdi.model.expression import Symbol, symbols, to_text
+from fdi.model.parts import Kind
+from fdi.model.system import SystemEquation
+from fdi.residuals import Bank, Generator
+from fdi.units import customary
+
+
+def evidence(cause: Cause, alarms: Alarms) -> Evidence:
+    """Return the evidence for a cause: the strongest early alarm in words, and all residuals."""
+    bank = alarms.residuals.bank
+    onset = cause.runs[0].onset
+    first = [run for run in cause.runs if run.onset <= onset + 2.0]
+    telling = max(first, key=lambda run: (len(bank.generators[run.row].faults) == 1, run.peak))
+    rows = list(dict.fromkeys(run.row for run in cause.runs))
+    channels = dict.fromkeys(
+        channel for row in rows for channel in channels_of(bank, bank.generators[row])
+    )
+    more = len(rows) - 1
+    tail = f"; {more} more test{'s' if more > 1 else ''} agree{'s' if more == 1 else ''}"
+    return Evidence(
+        sentence(telling, alarms) + (tail if more else ""),
+        tuple(bank.generators[row].id for row in rows),
+        tuple(channels),
+    )
+
+
+def sentence(run: Run, alarms: Alarms) -> str:
+    """Return one alarm as a sentence with its numbers."""
+    residuals = alarms.residuals
+    bank = residuals.bank
+    generator = bank.generators[run.row]
+    equation = bank.system.equations[generator.residual]
+    span = slice(run.first, run.last)
+    size = np.abs(residuals.values[run.row, span] - alarms.centre[run.row])
+    worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
+    label, scale, _ = customary(residual_unit(bank, equation))
+    amount = f"{size[worst] * scale:.3g} {label}".strip()
+    limit = alarms.threshold[run.row, span][worst] * scale
+    when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
+    names = " and ".join(channels_of(bank, generator)) or equation.name
+    if equation.kind is Kind.LIMIT:
+        return f"{names} violates {equation.text} by up to {amount} {when}"
+    relation = equation.text or equation.name
+    bound = f"{limit:.3g} {label}".strip()
+    return f"{names} contradict{'' if ' and ' in names else 's'} {relation} by up to {amount} " + (
+        f"where {bound} is within health, {when}"
+    )
+
+
+def channels_of(bank: Bank, generator: Generator) -> tuple[str, ...]:
+    """Return the channels that a generator reads, by name."""
+    measured = (bank.system.equations[i].measurement for i in generator.equations)
+    return tuple(str(m.channel) for m in measured if m is not None)
+
+
+def residual_unit(bank: Bank, equation: SystemEquation) -> str:
+    """Return the unit of an equation's residual; empty where it has none of its own."""
+    variables = bank.system.variables
+    for side in (equation.left, equation.right):
+        if isinstance(side, Symbol) and side.name in variables:
+            return variables[side.name].unit
+    if equation.kind in (Kind.LIMIT, Kind.EQUALITY):
+        names = [n for n in symbols(equation.left) if n in variables]
+        return variables[names[0]].unit if len(names) == 1 else ""
+    return ""
+
+
+def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
+    """Return what the alarms look like: a limit, or unknown; the data say no more yet."""
+    bank = alarms.residuals.bank
+    kinds = {bank.system.equations[bank.generators[r.row].residual].kind for r in cause.runs[:3]}
+    return "limit" if kinds == {Kind.LIMIT} else "unknown"
+
+
+def verdict(findings: tuple[Finding, ...], *, accuses: bool, testable: int) -> str:
+    """Return the answer in one sentence."""
+    if not accuses:
+        return "This policy gives a fault grid and accuses no component."
+    if not testable:
+        return "Nothing in this telemetry could be tested."
+    if not findings:
+        return f"No component is accused: {testable} tests stayed within what health explains."
+    first = findings[0]
+    others = list(dict.fromkeys(f.component for f in findings if f.component != first.component))
+    text = f"{first.component} failed first, from {first.onset:.1f} s: {first.evidence.text}"
+    if first.inseparable_from:
+        text += f" (cannot be told from {', '.join(first.inseparable_from)})"
+    if others:
+        text += f". Also accused: {', '.join(others)}"
+    return text + "."
+
+
+def statement(equation: SystemEquation) -> str:
+    """Return an equation as text."""
+    return equation.text or f"{to_text(equation.left)} = {to_text(equation.right)}"
