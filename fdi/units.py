@@ -3,7 +3,8 @@
 In: the spelling of a unit in a MAVLink dialect, or an SI unit. Out: a `Conversion`, `SI = raw *
 scale + offset`. Pure tables. Pulse widths of servo and RC channels stay in microseconds in every
 format: their rows are spelled ``us (pulse)``, because ``us`` alone is a time. A percentage is a
-fraction inside. A unit that the table does not know is passed through: its numbers stay as they are.
+fraction inside. A unit that the table does not know is passed through: its numbers stay as they
+are.
 """
 
 from __future__ import annotations

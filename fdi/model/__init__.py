@@ -1,7 +1,8 @@
 """Describes a vehicle, and which of its equations hold with a log.
 
-Given a model file written by a person and the channels of a log; sought the equations that hold with
-this telemetry and the faults that they bring, such that every name is defined and every unit fits.
+Given a model file written by a person and the channels of a log; sought the equations that hold
+with this telemetry and the faults that they bring, such that every name is defined and every unit
+fits.
 YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 
 - ``load.py``, ``schema.py``, ``yaml.py``: from files to definitions

@@ -161,7 +161,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         unit = _check_units(left, right, draft)
         tolerance = quantity(entry.tolerance, unit) if entry.tolerance is not None else 0.0
         solves = None if entry.solves is None else frozenset(entry.solves)
-        strangers = (solves or set()) - set(symbols(left)) - set(symbols(right))
+        strangers = (solves or frozenset()) - set(symbols(left)) - set(symbols(right))
         if strangers:
             raise ValueError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
         if entry.fault:

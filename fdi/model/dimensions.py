@@ -129,7 +129,7 @@ def _combine(
         return NUMBER if is_logical(Apply(operator, arguments)) else common
     if operator in ("abs", "wrap"):
         return first
-    if operator in ("and", "or", "not", "sign"):
+    if operator in ("and", "or", "not", "sign", "bit"):
         return NUMBER
     if operator in ("*", "/"):
         sign = 1 if operator == "*" else -1

@@ -53,6 +53,7 @@ OPERATIONS: Final[Mapping[str, Callable[..., Any]]] = {
     "abs": np.abs,
     "sign": np.sign,
     "wrap": wrap,
+    "bit": lambda word, place: np.floor(word / 2.0**place) % 2,
     "min": lambda *terms: reduce(np.minimum, terms),
     "max": lambda *terms: reduce(np.maximum, terms),
     "<": _known(np.less),

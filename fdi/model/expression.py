@@ -54,6 +54,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "abs": (1, 1),
     "sign": (1, 1),
     "wrap": (1, 1),
+    "bit": (2, 2),
     "min": (2, 8),
     "max": (2, 8),
     "der": (1, 1),

@@ -42,7 +42,8 @@ class Node:
     variables : tuple of str
         What it gives; empty for a residual.
     expressions : tuple of Expression
-        ``solve``: one per root; ``loop``: one per equation, zero at the solution; ``residual``: one.
+        ``solve``: one per root; ``loop``: one per equation, zero at the solution; ``residual``:
+        one.
     arguments : tuple of (str, int)
         Names in the expressions and the nodes that give them.
     gate : Expression or None

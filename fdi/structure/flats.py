@@ -94,21 +94,23 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
     [3, 5, 6]
     """
     ones_mask = ones(len(space.sets))
-    leaf = (_whole, _without_point, _without_line)
     alive = nonzero(space.vectors[0], ones_mask)
-    stack = [_Node(list(space.vectors), alive, alive & space.chosen, 0)]
-    while stack:
-        node = stack.pop()
-        redundancy = len(node.vectors)
-        if redundancy <= len(leaf):
-            yield leaf[redundancy - 1](node, space.sets)
+    root = _Node(list(space.vectors), alive, alive & space.chosen, 0)
+    branches = [iter((root,))]  # children are made when their turn comes, to save memory
+    while branches:
+        node = next(branches[-1], None)
+        if node is None:
+            branches.pop()
+        elif len(node.vectors) > 3:
+            branches.append(_children(node, ones_mask))
+        elif len(node.vectors) == 3:
+            yield from _without_line(node, space.sets)
         else:
-            stack.extend(reversed(_children(node, ones_mask)))
+            yield _without_point(node, space.sets)
 
 
-def _children(node: _Node, ones_mask: int) -> list[_Node]:
-    """Return one node for each class that may be removed."""
-    children = []
+def _children(node: _Node, ones_mask: int) -> Iterator[_Node]:
+    """Yield one node for each class that may be removed."""
     allowed, forbidden = node.allowed, node.forbidden
     needed = len(node.vectors) - 1
     while allowed.bit_count() >= needed:
@@ -116,33 +118,28 @@ def _children(node: _Node, ones_mask: int) -> list[_Node]:
         vectors = without(node.vectors, cell, ones_mask)
         alive = nonzero(vectors[0], ones_mask)
         if forbidden & alive == forbidden:
-            children.append(_Node(vectors, alive, allowed & alive, forbidden))
+            yield _Node(vectors, alive, allowed & alive, forbidden)
         tried = allowed & ~alive
         allowed ^= tried
         forbidden |= tried
-    return children
-
-
-def _whole(node: _Node, sets: tuple[int, ...]) -> list[int]:
-    """Return the one minimal set at redundancy 1."""
-    return [sum(sets[k] for k in _indices(node.alive, len(sets)))]
 
 
 def _without_point(node: _Node, sets: tuple[int, ...]) -> list[int]:
-    """Return the minimal sets at redundancy 2: all but the cells of one point."""
+    """Return the minimal sets at redundancy 2, all but one point, or the one at redundancy 1."""
     points = _points(node, sets)
     everything = sum(points.sets)
+    if len(node.vectors) == 1:
+        return [everything]
     return [everything ^ points.sets[i] for i in points.chosen]
 
 
-def _without_line(node: _Node, sets: tuple[int, ...]) -> list[int]:
-    """Return the minimal sets at redundancy 3: all but the points of one line."""
+def _without_line(node: _Node, sets: tuple[int, ...]) -> Iterator[list[int]]:
+    """Yield the minimal sets at redundancy 3: all but the points of one line."""
     if node.allowed.bit_count() < 2:
-        return []
+        return
     points = _points(node, sets)
     everything = sum(points.sets)
     covered: dict[int, set[int]] = {}  # for a point those that share a line with an earlier one
-    found: list[int] = []
     for rank, c in enumerate(points.chosen):
         later = points.chosen[rank + 1 :]
         if c in covered:
@@ -150,8 +147,7 @@ def _without_line(node: _Node, sets: tuple[int, ...]) -> list[int]:
         if later:
             lines = _lines_through(c, later, points, covered)
             rest = everything ^ points.sets[c]
-            found.extend([rest ^ line for line in lines])
-    return found
+            yield [rest ^ line for line in lines]
 
 
 def _lines_through(
@@ -210,7 +206,7 @@ def _points(node: _Node, sets: tuple[int, ...]) -> _Points:
 
 
 def _flags(mask: int, n: int) -> bytes:
-    """Return for each cell the lowest byte of it."""
+    """Return the lowest byte of each cell."""
     return mask.to_bytes(n * WIDTH // 8, "little")[:: WIDTH // 8]
 
 

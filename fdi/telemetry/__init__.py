@@ -1,7 +1,7 @@
 """Logs: from a file to columns with units and one clock.
 
-Given a file of an autopilot, sought what it recorded, such that every intact record is there, in SI,
-on one clock, and everything that was lost, repaired or guessed is told.
+Given a file of an autopilot, sought what it recorded, such that every intact record is there, in
+SI, on one clock, and everything that was lost, repaired or guessed is told.
 
 In: a path. Out: `Log`; on request `Signals`, the quantities that a model asks for on one grid.
 

@@ -1,16 +1,16 @@
 """When did it happen: on the log's clock, since boot, and in UTC?
 
-In: the recorder's stamps of all records, and what the vehicle's own clock said in some of them. Out:
-a `Timeline` (a time for every record) and the log's `Clock`.
+In: the recorder's stamps of all records, and what the vehicle's own clock said in some of them.
+Out: a `Timeline` (a time for every record) and the log's `Clock`.
 
 The log's clock is in seconds and 0 at the file's first record. A record that says when the vehicle
 made it has that time plus one constant per boot: the lower envelope of (stamp - boot), which is the
-fastest way through the link. For the others the delay of the records around them in the file is taken
-off their stamps, so that a slow or bursting link does not shift one message against another.
+fastest way through the link. For the others the delay of the records around them in the file is
+taken off their stamps, so that a slow or bursting link does not shift one message against another.
 
 Repaired and reported: single wrong stamps, backward steps, steps of the recorder's clock that the
-vehicle's clock does not share, reboots, and pauses of more than an hour between two recordings in one
-file (shortened). Drift between the two clocks (some 50 ppm) is left in.
+vehicle's clock does not share, reboots, and pauses of more than an hour between two recordings in
+one file (shortened). Drift between the two clocks (some 50 ppm) is left in.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
 PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between two recordings
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
+_SINGLE: Final = 20  # more findings of one kind are told as one
+_MOST_JUMPS: Final = 1000  # of the recorder's clock; each costs a pass over the file
 _UTC_RANGE: Final = (946684800.0, 4102444800.0)  # 2000 to 2100: stamps outside are no UTC
 
 
@@ -133,7 +135,8 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     rows, boot_ms : (m,) int
         Records of the vehicle that say when they were made, in file order, and what they say, ms.
     main : (p,) int
-        Which of these m (positions in ``rows``) are of one trusted message: they decide about boots.
+        Which of these m (positions in ``rows``) are of one trusted message: they decide about
+        boots.
     """
     zero_us, arrival, quality = _repair_stamps(stamp_us)
     zero = zero_us / 1e6
@@ -150,31 +153,46 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
             zero,
             (*quality, *more),
         )
-    seconds = _unwrap_ms(boot_ms[main]) / 1000
-    first = _first_of_boots(rows[main], seconds, arrival)
-    arrival, jumps = _remove_clock_jumps(arrival, rows[main], seconds, first)
-    arrival, pauses = _shorten_pauses(arrival, rows[main], first)
+    at, seconds = rows[main], _unwrap_ms(boot_ms[main]) / 1000
+    first = _first_of_boots(at, seconds, arrival)
+    arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
+    arrival, pauses = _shorten_pauses(arrival, at, first)
     boot = np.searchsorted(first, np.arange(stamp_us.size), side="right") - 1
-    delay = arrival[rows[main]] - seconds
-    offset = np.array([delay[boot[rows[main]] == k].min() for k in range(first.size)])
-    created = arrival.copy()
-    for k in range(first.size):
-        here = boot[rows] == k
-        at, said = rows[here], boot_ms[here] / 1000 + offset[k]
-        said += np.rint((arrival[at] - said) / _MS_WRAP) * _MS_WRAP
-        late = arrival[at] - said
-        base = np.interp(at, rows[main], delay - offset[boot[rows[main]]])
-        fits = np.abs(late - base) < 0.5 * SPIKE_S
-        in_boot = np.flatnonzero(boot == k)
-        if fits.any():
-            created[in_boot] -= np.interp(in_boot, at[fits], late[fits])
+    delay = arrival[at] - seconds
+    offset = np.minimum.reduceat(delay, np.searchsorted(at, first))
+    delay -= offset[boot[at]]
+    said = boot_ms / 1000 + offset[boot[rows]]
+    said += np.rint((arrival[rows] - said) / _MS_WRAP) * _MS_WRAP
+    created = _created(arrival, rows, said, np.interp(rows, at, delay), first)
     reboots = [
         _finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in first[1:]
     ]
-    spread = float(np.quantile(delay - offset[boot[rows[main]]], 0.95))
     return Timeline(
-        created, boot, offset, first, spread, zero, (*quality, *jumps, *pauses, *reboots)
+        created,
+        boot,
+        offset,
+        first,
+        float(np.quantile(delay, 0.95)),
+        zero,
+        (*quality, *jumps, *pauses, *_told_as_one(reboots)),
     )
+
+
+def _created(arrival: Floats, rows: Ints, said: Floats, delay: Floats, first: Ints) -> Floats:
+    """Return when the records were made: their stamps less the delay of the timed ones around them.
+
+    ``said`` is the time that the timed records give themselves, ``delay`` what the trusted message
+    suggests there; a record that says something else (another clock, a stale value) is left out.
+    """
+    created = arrival.copy()
+    late = arrival[rows] - said
+    fits = np.abs(late - delay) < 0.5 * SPIKE_S
+    rows, late = rows[fits], late[fits]
+    for low, high in zip(first.tolist(), [*first[1:].tolist(), arrival.size], strict=True):
+        part = slice(*np.searchsorted(rows, [low, high]))
+        if rows[part].size:
+            created[low:high] -= np.interp(np.arange(low, high), rows[part], late[part])
+    return created
 
 
 _MS_WRAP: Final = 2**32 / 1000  # s, 49.7 days: time_boot_ms has 32 bits
@@ -209,6 +227,7 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
     steps = np.diff(seconds, prepend=seconds[:1])
     back = np.flatnonzero(steps < -STEP_S)
     zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
+    zero = min(max(zero, -(2**62)), 2**62)  # a stamp may be anything
     exact = (signed - zero) / 1e6
     arrival = np.where(wrong, seconds - (zero - origin) / 1e6, exact)
     shift = np.zeros(seconds.size)
@@ -218,10 +237,25 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
         at = float(arrival[np.flatnonzero(wrong)[0]])
         text = f"{int(wrong.sum())} record stamps are wrong: interpolated"
         quality.append(_finding("repaired", at, int(wrong.sum()), text))
-    for row in back[:_ENVELOPE]:
-        text = f"the recorder's clock stepped back by {-steps[row]:.3f} s"
-        quality.append(_finding("clock_jump", float(arrival[row]), 1, text))
-    return zero, arrival, quality
+    jumps = [
+        _finding(
+            "clock_jump",
+            float(arrival[row]),
+            1,
+            f"the recorder's clock stepped back by {-steps[row]:.3f} s",
+        )
+        for row in back
+    ]
+    return zero, arrival, [*quality, *_told_as_one(jumps)]
+
+
+def _told_as_one(found: list[QualityRecord]) -> list[QualityRecord]:
+    """Return the findings, a long list of one kind as a single one."""
+    if len(found) <= _SINGLE:
+        return found
+    first, last = found[0], found[-1]
+    text = f"{len(found)} times, the first: {first.text}"
+    return [QualityRecord(first.kind, None, first.start, last.start, len(found), text)]
 
 
 def _far_ends(seconds: Floats) -> NDArray[np.bool_]:
@@ -262,7 +296,7 @@ def _remove_clock_jumps(
     found = []
     arrival = arrival.copy()
     same = np.diff(boot) == 0
-    for i in np.flatnonzero((np.abs(np.diff(delay)) > STEP_S) & same):
+    for i in np.flatnonzero((np.abs(np.diff(delay)) > STEP_S) & same)[:_MOST_JUMPS]:
         # a link that stalls and then catches up returns to its lower envelope; a clock does not
         before = delay[max(i + 1 - _ENVELOPE, 0) : i + 1][
             boot[max(i + 1 - _ENVELOPE, 0) : i + 1] == boot[i]
@@ -276,26 +310,26 @@ def _remove_clock_jumps(
         delay[i + 1 :] -= step
         text = f"the recorder's clock jumped by {step:+.3f} s against the vehicle's"
         found.append(_finding("clock_jump", float(arrival[at]), 1, text))
-    return arrival, found
+    return arrival, _told_as_one(found)
 
 
 def _shorten_pauses(arrival: Floats, rows: Ints, first: Ints) -> tuple[Floats, list[QualityRecord]]:
     """Return the stamps with pauses of more than an hour shortened, unless one boot spans them."""
     found = []
-    arrival = arrival.copy()
+    shift = np.zeros(arrival.size)
     for i in np.flatnonzero(np.diff(arrival) > PAUSE_S):
-        around = np.searchsorted(rows, [i, i + 1], side="right")
-        if rows.size and 0 < around[0] < rows.size:
-            last, following = rows[around[0] - 1], rows[around[0]]
+        place = int(np.searchsorted(rows, i, side="right"))
+        if 0 < place < rows.size:
+            last, following = rows[place - 1], rows[place]
             if not np.any((first > last) & (first <= following)):
                 continue  # the vehicle's clock went on through the pause
         pause = float(arrival[i + 1] - arrival[i])
-        arrival[i + 1 :] -= pause - SHORT_PAUSE_S
+        shift[i + 1] = pause - SHORT_PAUSE_S
         text = (
             f"a pause of {pause / 3600:.1f} h between two recordings, shown as {SHORT_PAUSE_S:g} s"
         )
-        found.append(_finding("clock_jump", float(arrival[i + 1]), 1, text))
-    return arrival, found
+        found.append(_finding("clock_jump", float(arrival[i]), 1, text))
+    return arrival - np.cumsum(shift), _told_as_one(found)
 
 
 def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np.uint64]) -> Clock:
@@ -306,22 +340,22 @@ def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np
     utc_rows, utc : (m,)
         Records that give the vehicle's UTC, and what they say, s since 1970.
     """
-    created, boots = line.created, range(line.first.size)
-    gap = np.array(
-        [
-            np.median((utc - created[utc_rows])[line.boot[utc_rows] == k])
-            if np.any(line.boot[utc_rows] == k)
-            else np.nan
-            for k in boots
-        ]
-    )
+    created, first = line.created, line.first
+    gap = _median_per_boot(utc_rows, utc - created[utc_rows], first)
     source, uncertainty = "vehicle", line.delay
     if not np.isfinite(gap).any():
         stamps = stamp_us.astype(np.float64) / 1e6
-        gap = np.array([np.median((stamps - created)[line.boot == k]) for k in boots])
-        is_utc = (gap >= _UTC_RANGE[0]) & (gap <= _UTC_RANGE[1])
+        gap = _median_per_boot(np.arange(stamps.size), stamps - created, first)
+        with np.errstate(invalid="ignore"):
+            is_utc = (gap >= _UTC_RANGE[0]) & (gap <= _UTC_RANGE[1])
         gap = np.where(is_utc, gap, np.nan)
         source, uncertainty = ("recorder" if is_utc.any() else "none"), np.nan
     start = created[line.first].copy()
     start[0] = -np.inf
     return Clock(start, -line.offset, gap, line.delay, uncertainty, source)
+
+
+def _median_per_boot(rows: Ints, values: Floats, first: Ints) -> Floats:
+    bounds = [*np.searchsorted(rows, first).tolist(), rows.size]
+    parts = [values[low:high] for low, high in zip(bounds[:-1], bounds[1:], strict=True)]
+    return np.array([np.median(part) if part.size else np.nan for part in parts])

@@ -1,7 +1,7 @@
 """What happened in a log, and which flights does it hold?
 
-Values only: `Event`, `Flight`, and the flight's `FlightState` at any time. Readers make the events of
-mode, arming and texts; `flights.py` finds take-off, landing and impact from the data.
+Values only: `Event`, `Flight`, and the flight's `FlightState` at any time. Readers make the events
+of mode, arming and texts; `flights.py` finds take-off, landing and impact from the data.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ class Event:
         s of the log's clock.
     kind : Kind
     text : str
-        For a person; of untrusted origin, control characters removed. The mode's or parameter's name.
+        For a person; of untrusted origin, control characters removed. The mode's or parameter's
+        name.
     severity : int or None
         MAVLink's, 0 emergency to 7 debug.
     value : float or None
@@ -112,7 +113,8 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
 
     Notes
     -----
-    What is known first also holds before it. Without any arming in the log a flight counts as armed.
+    What is known first also holds before it. Without any arming in the log a flight counts as
+    armed.
     """
     at = np.atleast_1d(np.asarray(t, np.float64))
     modes = [(e.t, e.text) for e in events if e.kind == "mode"]

@@ -1,15 +1,15 @@
 """Which flights does a log hold, and when did each leave the ground and meet it again?
 
-In: the messages and the arming events. Out: one `Flight` per arming (without arming: by motion), with
-take-off, landing and impact found from motion: height, climb rate, ground speed, throttle and specific
-force, not from one event of the autopilot (which an old or failing one does not send).
+In: the messages and the arming events. Out: one `Flight` per arming (without arming: by motion),
+with take-off, landing and impact found from motion: height, climb rate, ground speed, throttle and
+specific force, not from one event of the autopilot (which an old or failing one does not send).
 
 *Take-off*: the height leaves the place of rest. *Landing*: from some time on the vehicle rests, and
-the end of the flight shows that it rests on the ground (disarmed, or throttle idle). *Impact*: while
-sinking fast a pulse of specific force, or a change of the climb rate, that neither rotors nor wings
-can produce, after which it sinks no more and does not climb away. A log that ends in a dive close to
-the ground ends with an impact. The impact's time is that of the last record before it: conservative,
-since nothing after it may be called a cause.
+the end of the flight shows that it rests on the ground (disarmed, or throttle idle). *Impact*:
+while sinking fast a pulse of specific force, or a change of the climb rate, that neither rotors
+nor wings can produce, after which it sinks no more and does not climb away. A log that ends in a
+dive close to the ground ends with an impact. The impact's time is that of the last record before
+it: conservative, since nothing after it may be called a cause.
 
 The trap: heights are estimates. With a frozen barometer a vehicle rests on the ground at an
 estimated 35 m, so no rule asks for height zero.
@@ -116,7 +116,8 @@ def find_flights(
 
     Notes
     -----
-    Arming without leaving the ground is a flight only where nothing in the log flew (``flew`` false).
+    Arming without leaving the ground is a flight only where nothing in the log flew (``flew``
+    false).
     """
     motion = _motion(messages)
     found = []

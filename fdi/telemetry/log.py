@@ -12,7 +12,6 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from fdi.errors import UsageError
@@ -129,8 +128,8 @@ class Log:
 
     def _channels(self) -> Iterable[Channel]:
         for message in self.messages.values():
-            for name, column in message.columns.items():
-                if not column.is_text and np.isfinite(message.si(name)).any():
+            for name in message.fields:
+                if message.has_known(name):
                     yield Channel(message.name, name, message.instance)
 
     def channel(self, channel: str | Channel) -> ChannelData:

@@ -43,7 +43,7 @@ class Column:
     """
 
     load: Callable[[], NDArray[Any]]
-    conversion: Conversion = Conversion("")
+    conversion: Conversion
     invalid: tuple[float, ...] = ()
     blank: tuple[tuple[str, float], ...] = ()
     absent: Callable[[], NDArray[np.bool_] | None] = lambda: None
@@ -130,7 +130,9 @@ class Message:
         column = self._column(name)
         if column.is_text:
             return np.full(self.stamp.size, np.nan)
-        raw = self.raw(name)
+        return self._in_si(column, self.raw(name))
+
+    def _in_si(self, column: Column, raw: NDArray[Any]) -> Floats:
         with np.errstate(invalid="ignore", over="ignore"):
             values: Floats = raw.astype(np.float64)
             values *= column.conversion.scale
@@ -145,6 +147,13 @@ class Message:
         if absent is not None:
             values[absent] = np.nan
         return values
+
+    def has_known(self, name: str) -> bool:
+        """Return whether any value of a numeric field is known (nothing is kept in memory)."""
+        column = self._column(name)
+        if column.is_text or not len(self):
+            return False
+        return bool(np.isfinite(self._in_si(column, column.load())[self.kept]).any())
 
     def unit(self, name: str) -> str:
         """Return the SI unit of `si`, "" dimensionless; "us" for pulse widths."""

@@ -4,8 +4,8 @@ In: a `Log`, what a model asks of it (`Request`), how a policy samples (`Samplin
 
 A quantity is computed at the times of its records, then interpolated linearly between two records
 that are both known and not further apart than a gap; angles on the circle. Everywhere else it is
-unknown (NaN): nothing is extrapolated and nothing is held. The published recipe (``clock="record"``,
-``extrapolate=True``, ``unwrap=False``) is the one exception.
+unknown (NaN): nothing is extrapolated and nothing is held. The published recipe
+(``clock="record"``, ``extrapolate=True``, ``unwrap=False``) is the one exception.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 In: where the payloads lie. Out: a `Column` per field (arrays: one per entry), decoded when asked.
 
 MAVLink 2 cuts trailing zero bytes: a short payload means zeros. MAVLink 1 does not, there a field
-beyond the payload was never sent: zero on the wire's side (as pymavlink), unknown in SI. A text ends
-at its first NUL; old ArduPilot leaves rests of earlier texts behind it.
+beyond the payload was never sent: zero on the wire's side (as pymavlink), unknown in SI. A text
+ends at its first NUL; old ArduPilot leaves rests of earlier texts behind it.
 """
 
 from __future__ import annotations

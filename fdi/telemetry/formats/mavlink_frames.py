@@ -1,7 +1,7 @@
 """Where in these bytes are MAVLink frames, and which bytes belong to none?
 
-In: the bytes of a tlog. Out: `Frames`, one row per frame whose checksum is right, in file order, and
-the `Damage`: every byte range that no such frame covers, with a kind.
+In: the bytes of a tlog. Out: `Frames`, one row per frame whose checksum is right, in file order,
+and the `Damage`: every byte range that no such frame covers, with a kind.
 
 A record is an 8-byte big-endian stamp (microseconds since 1970) and one frame:
 
@@ -12,8 +12,8 @@ FE (v1)    len, seq, sysid, compid, msgid                                 payloa
 FD (v2)    len, incompat, compat, seq, sysid, compid, msgid (3 bytes)     payload, CRC, [13 signed]
 ========== ============================================================== ========================
 
-CRC-16/MCRF4XX over everything from len to the end of the payload and one CRC_EXTRA byte per message.
-A frame with an incompat bit other than 0x01 (signed) has an unknown length: damage.
+CRC-16/MCRF4XX over everything from len to the end of the payload and one CRC_EXTRA byte per
+message. A frame with an incompat bit other than 0x01 (signed) has an unknown length: damage.
 
 Method: every position whose ninth byte is a magic is a candidate. Candidates that join another one
 end to start are checked first (nearly all true ones, hardly a false one), the others only where

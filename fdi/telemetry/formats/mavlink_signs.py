@@ -1,8 +1,9 @@
 """Which way is up in this log?
 
 `GLOBAL_POSITION_INT.vz` is down positive by definition, and up positive in ArduPilot until about
-2016. The dialect cannot tell, the data can: against the climb rate (VFR_HUD.climb, else the change of
-altitude) the correlation is -0.8..-1.0 in new logs, +0.86 and +0.95 in old ones (formats.md, trap 1).
+2016. The dialect cannot tell, the data can: against the climb rate (VFR_HUD.climb, else the change
+of altitude) the correlation is -0.8..-1.0 in new logs, +0.86 and +0.95 in old ones (formats.md,
+trap 1).
 """
 
 from __future__ import annotations

@@ -1,11 +1,13 @@
 """What does a MAVLink telemetry log (`.tlog`) hold?
 
 In: the bytes of the file. Out: a `Log`. Frames are found by `mavlink_frames`, columns made by
-`mavlink_columns`; this file chooses the vehicle, gives every record a time and puts the log together.
+`mavlink_columns`; this file chooses the vehicle, gives every record a time and puts the log
+together.
 
-The vehicle is the sender whose heartbeat names an autopilot and no ground station, with most frames;
-``system`` decides otherwise. Its autopilot component's messages make the log; other components of the
-same system, and radios, add messages that it does not send itself. Ground stations are only counted.
+The vehicle is the sender whose heartbeat names an autopilot and no ground station, with most
+frames; ``system`` decides otherwise. Its autopilot component's messages make the log; other
+components of the same system, and radios, add messages that it does not send itself. Ground
+stations are only counted.
 """
 
 from __future__ import annotations
@@ -128,7 +130,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         path,
         "tlog",
         int(data.size),
-        sha256(memoryview(data)).hexdigest(),
+        _digest(data),
         _duration(line),
         span,
         MappingProxyType(messages),
@@ -146,6 +148,13 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     )
 
 
+def _digest(data: NDArray[np.uint8]) -> str:
+    digest = sha256()
+    for low in range(0, data.size, _SNIFF):
+        digest.update(data[low : low + _SNIFF].tobytes())
+    return digest.hexdigest()
+
+
 def _place(record: QualityRecord) -> tuple[float, str, str]:
     return (-1.0 if record.start is None else record.start), record.kind, record.text
 
@@ -160,7 +169,7 @@ def _group(frames: Frames) -> Groups:
     key |= frames.component.astype(np.int64) << 24
     key |= frames.number
     distinct, place = np.unique(key, return_inverse=True)
-    order = np.argsort(place.astype(np.int16), kind="stable")
+    order = np.argsort(place.astype(np.int16 if distinct.size < 2**15 else np.int64), kind="stable")
     bounds = np.searchsorted(place[order], np.arange(distinct.size + 1))
     groups = {}
     for i, code in enumerate(distinct.tolist()):
@@ -213,13 +222,16 @@ def _choose(groups: Groups, frames: Frames, system: int | None) -> _Vehicle:
 
 
 def _sources(groups: Groups, frames: Frames, vehicle: _Vehicle) -> Iterator[Source]:
-    for sender, count in sorted(_senders(groups).items()):
+    rows: dict[tuple[int, int], list[Ints]] = {}
+    for (system, component, _), payloads in groups.items():
+        rows.setdefault((system, component), []).append(payloads.rows)
+    for sender, parts in sorted(rows.items()):
         kind = _identity(groups, sender)
-        is_own = (frames.system == sender[0]) & (frames.component == sender[1])
+        own = np.sort(np.concatenate(parts))
         yield Source(
             *sender,
-            count,
-            lost_frames(frames.sequence[is_own]),
+            own.size,
+            lost_frames(frames.sequence[own]),
             None if kind is None or kind[0] == _GROUND_STATION else mavlink_vehicle(kind[0]),
             None if kind is None or kind[1] == _NO_AUTOPILOT else mavlink_autopilot(kind[1]),
             sender == (vehicle.system, vehicle.component),
@@ -273,14 +285,7 @@ def _messages(
         is_radio = sender[:2] == _RADIO and name in ("RADIO", "RADIO_STATUS")
         if (system != vehicle.system and not is_radio) or name in taken:
             continue
-        if any(
-            groups[other] is not payloads
-            and other[2] == sender[2]
-            and rank(other) < rank(sender)
-            and other[0] == vehicle.system
-            for other in groups
-        ):
-            continue
+        taken.add(name)
         for instance, part in _instances(payloads):
             is_own = sender[:2] == (vehicle.system, vehicle.component)
             t, kept = _times(part, line, own=is_own)
