@@ -114,6 +114,11 @@ def si(unit: str) -> Conversion:
     return _DIALECT.get(unit, Conversion(unit))
 
 
+def si_units() -> tuple[str, ...]:
+    """Return the SI units that values of a log may have, sorted."""
+    return tuple(sorted({conversion.unit for conversion in _DIALECT.values()}))
+
+
 def customary(unit: str) -> Conversion:
     """Return (label, scale, offset) that turn an SI value into what a person expects to read.
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from fdi.model.dimensions import Dimension
 from fdi.model.parts import Component, Equation, Measurement, Parameter, Variable
 from fdi.model.system import System, build_system
 from fdi.telemetry import Log
@@ -19,6 +20,9 @@ class Airframe:
         The vehicle types it is chosen for when the user names no model.
     sha256 : str
         Over the bytes of the file and of what it includes.
+    units : dict of str to Dimension
+        What the unit texts of variables and of logs stand for, as far as that is known without
+        reading them anew.
     """
 
     name: str
@@ -30,6 +34,7 @@ class Airframe:
     equations: tuple[Equation, ...]
     measurements: tuple[Measurement, ...]
     sha256: str
+    units: dict[str, Dimension] = field(default_factory=dict)
 
     def observe(self, log: Log | None = None) -> System:
         """Return the equations that hold with the telemetry of a log, and the faults they bring.

@@ -7,8 +7,8 @@ fault that two equations bring, an expression that is not one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +26,18 @@ from fdi.model.expression import (
     to_text,
     walk,
 )
-from fdi.model.parts import STATES, Component, Equation, Kind, Measurement, Parameter, Variable
+from fdi.model.parts import (
+    RESERVED,
+    STATES,
+    Component,
+    Equation,
+    Kind,
+    Measurement,
+    Parameter,
+    Variable,
+)
 from fdi.telemetry import Channel
+from fdi.units import si_units
 
 if TYPE_CHECKING:
     from fdi.model.load import Definition, Definitions
@@ -111,14 +121,24 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         equations=tuple(equations),
         measurements=tuple(measurements),
         sha256=found.digest.hexdigest(),
+        units=_units(variables),
     )
+
+
+def _units(variables: Mapping[str, Variable]) -> dict[str, Dimension]:
+    """Return the dimensions that comparing a log's units with the model's will ask for."""
+    units = {}
+    for text in sorted({*(v.unit for v in variables.values()), *si_units()}):
+        with suppress(ValueError):  # a log may have a unit that is none of physics
+            units[text] = dimension(text)
+    return units
 
 
 def _variable(name: str, definition: Definition, draft: _Draft) -> Variable | None:
     entry = definition.entry
     with draft.reporting(definition):
-        if name in STATES:
-            raise ValueError(f"{name!r} is the name of a flight state")
+        if name in RESERVED:
+            raise ValueError(f"{name!r} has a meaning of its own in every model")
         draft.units[name] = Dimension(1.0, (), "")  # a wrong unit must not make the name unknown
         draft.units[name] = dimension(entry.unit)
         low, high = entry.domain
@@ -131,8 +151,8 @@ def _variable(name: str, definition: Definition, draft: _Draft) -> Variable | No
 def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | None:
     entry = definition.entry
     with draft.reporting(definition):
-        if name in draft.units or name in STATES:
-            raise ValueError(f"{name!r} is a variable or a flight state already")
+        if name in draft.units or name in RESERVED:
+            raise ValueError(f"{name!r} is a variable already, or has a meaning of its own")
         draft.units[name] = Dimension(1.0, (), "")
         draft.units[name] = dimension(entry.unit)
         value = entry.value if entry.identify is None else entry.identify.prior
@@ -147,6 +167,7 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
             (names,) if isinstance(names, str) else tuple(names),
             entry.log.scale if entry.log else 1.0,
             entry.identify.bounds if entry.identify else None,
+            entry.world,
         )
     return None
 
@@ -178,6 +199,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             fault=entry.fault,
             component=entry.component or (entry.fault and "outside_model") or None,
             tolerance=tolerance,
+            window=quantity(entry.window or 0.0, dimension("s")),
         )
     return None
 

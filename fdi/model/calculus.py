@@ -23,10 +23,13 @@ from fdi.model.expression import (
     negative,
     substitute,
     symbols,
+    walk,
 )
 
 ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
+MAX_ROOTS: Final = 8
+"""Nested squares double the roots each; beyond three the equation is solved numerically."""
 
 
 def add(left: Expression, right: Expression) -> Expression:
@@ -155,8 +158,12 @@ class Solution:
 
 def is_linear(residual: Expression, name: str) -> bool:
     """Return whether the expression is linear in a name."""
+    if any(
+        isinstance(n, Apply) and n.operator == "wrap" and count(n, name) for n in walk(residual)
+    ):
+        return False  # slope one, but for its jumps
     slope = derivative(residual, name)
-    return slope is not None and name not in symbols(slope)
+    return slope not in (None, ZERO) and name not in symbols(slope)
 
 
 def isolate(left: Expression, right: Expression, name: str, *, signed: bool) -> Solution | None:
@@ -202,6 +209,8 @@ def _undo(holder: Expression, other: Expression, name: str, signed: bool) -> Sol
             if step is None:
                 return None
             stepped.extend(step)
+        if len(stepped) > MAX_ROOTS:
+            return None
         roots, holder = tuple(stepped), inner
     return Solution(roots)
 

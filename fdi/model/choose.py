@@ -1,11 +1,20 @@
-"""Which shipped model fits a log, by the type of its vehicle?"""
+"""Which shipped model fits a log, by the type of its vehicle?
+
+The models' files are not parsed for that, which would cost more than the analysis of a short log:
+``vehicles: [plane, vtol]`` stands on one line of a shipped model, and that line is read.
+"""
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+from typing import Final
+
 from fdi.errors import ModelError
 from fdi.model.load import find_model, shipped_models
-from fdi.model.yaml import read_document
 from fdi.telemetry import Log
+
+VEHICLES: Final = re.compile(r"^vehicles: *\[([a-z, ]*)\] *(?:#.*)?$", re.MULTILINE)
 
 
 def choose_model(log: Log) -> str:
@@ -16,11 +25,7 @@ def choose_model(log: Log) -> str:
     ModelError
         No shipped model is made for this vehicle.
     """
-    fitting = []
-    for name in shipped_models():
-        vehicles = read_document(find_model(name)).tree.get("vehicles") or []
-        if isinstance(vehicles, list) and log.vehicle in vehicles:
-            fitting.append(name)
+    fitting = [name for name in shipped_models() if log.vehicle in vehicles_of(find_model(name))]
     if len(fitting) != 1:
         known = ", ".join(shipped_models())
         raise ModelError(
@@ -29,3 +34,9 @@ def choose_model(log: Log) -> str:
             hint=f"choose one with --model: {known}, or a file of your own",
         )
     return fitting[0]
+
+
+def vehicles_of(path: Path) -> tuple[str, ...]:
+    """Return the vehicle types that a shipped model's file names, none where it names none."""
+    found = VEHICLES.search(path.read_text(encoding="utf-8"))
+    return tuple(found[1].replace(",", " ").split()) if found else ()

@@ -22,6 +22,8 @@ from typing import Final
 MAX_CHARACTERS: Final = 2000
 MAX_DEPTH: Final = 50
 MAX_NODES: Final = 500
+MAX_LEVELS: Final = 150
+"""Of a tree: a sum of n terms has n. Every walk over a tree stays far from Python's own limit."""
 MAX_CONSTANT_EXPONENT: Final = 8.0
 MAX_NUMBER: Final = 1e300
 
@@ -131,6 +133,8 @@ def parse(text: str, *, condition: bool = False) -> Expression:
     if sum(1 for _ in ast.walk(tree)) > 4 * MAX_NODES:
         raise ValueError(f"more than {MAX_NODES} terms")
     expression = _convert(tree.body, 0)
+    if isinstance(expression, Text):
+        raise ValueError(f"the quoted word {expression.value[:40]!r} is not a number")
     if condition and isinstance(expression, Symbol):  # a flag of the flight state: `airborne`
         return expression
     if is_logical(expression) != condition:
@@ -170,9 +174,8 @@ def _check_size(text: str) -> None:
 
 
 def _convert(node: ast.expr, depth: int) -> Expression:
-    # A sum of many terms is a deep tree in ast, so terms are bounded by MAX_NODES, not MAX_DEPTH.
-    if depth > MAX_NODES:
-        raise ValueError(f"more than {MAX_NODES} terms")
+    if depth > MAX_LEVELS:
+        raise ValueError(f"more than {MAX_LEVELS} terms in a row")
     match node:
         case ast.Constant(value=bool()):
             raise ValueError(f"{node.value!r} is not a number")

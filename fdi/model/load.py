@@ -9,13 +9,14 @@ definition of anything is an error unless the file extends the one that made the
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
+from fdi.model.cache import recall, remember
 from fdi.model.yaml import Document, Place, read_document
 
 if TYPE_CHECKING:
@@ -56,7 +57,9 @@ class Definitions:
     )
     problems: list[str] = field(default_factory=list)
     digest: Any = field(default_factory=hashlib.sha256)
-    files: dict[Path, None] = field(default_factory=dict)
+    looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)
+    checksums: dict[Path, str] = field(default_factory=dict)
+    open_files: list[Path] = field(default_factory=list)
 
 
 def models_folder() -> Path:
@@ -103,49 +106,61 @@ def load_airframe(name: str | Path) -> Airframe:
         The file or an included one is wrong; all problems are reported together.
     """
     path = find_model(name)
+    kept = recall(path, models_folder())
+    if kept is not None:
+        return kept
     found = Definitions()
     main = _read(path, path.name, found)
     if found.problems or main is None:
         raise ModelError.of(found.problems)
     from fdi.model.assemble import assemble
 
-    return assemble(main, found)
-
-
-def model_files(name: str | Path) -> Iterator[Path]:
-    """Yield the files that a model is made of, as far as a plain scan of ``include`` finds them."""
-    path = find_model(name)
-    found = Definitions()
-    _read(path, path.name, found)
-    yield from found.files
+    airframe = assemble(main, found)
+    remember(path, models_folder(), found.looked, airframe)
+    return airframe
 
 
 def _read(path: Path, label: str, found: Definitions) -> AirframeFile | None:
     """Read a file and what it names, deepest first; None where problems were noted."""
     resolved = path.resolve()
-    if resolved in found.files:
+    if resolved in found.checksums:  # a file that two others include counts once
+        found.looked[path] = (resolved, found.checksums[resolved])
         return None
-    found.files[resolved] = None
-    if len(found.files) > MAX_FILES:
+    if len(found.checksums) + len(found.open_files) >= MAX_FILES:
         raise ModelError(f"includes more than {MAX_FILES} files", where=label)
     try:
         document = read_document(path, label)
     except ModelError as error:
         found.problems.extend(error.problems)
         return None
-    found.digest.update(path.read_bytes() + b"\0")
+    found.looked[path] = (resolved, document.sha256)
+    found.digest.update(bytes.fromhex(document.sha256))
     spec = _check_shape(document, found)
-    if spec is None:
-        return None
-    extended: set[str] = set()
-    for index, target in enumerate(spec.include):
-        _follow(target, path, document, ("include", index), found)
+    if spec is not None:
+        found.open_files.append(resolved)
+        _collect(spec, document, found, _read_named(spec, path, document, found))
+        found.open_files.pop()
+    found.checksums[resolved] = document.sha256
+    return spec
+
+
+def _read_named(
+    spec: AirframeFile, path: Path, document: Document, found: Definitions
+) -> set[tuple[str, str]]:
+    """Read what a file extends and includes; return what it may define anew."""
+    before = _names(found)
+    extended: set[tuple[str, str]] = set()
     if spec.extends:
         base = spec.extends if spec.extends.endswith(".yaml") else f"{spec.extends}.yaml"
         _follow(base, path, document, ("extends",), found)
-        extended = {f"{s}.{n}" for s in SECTIONS for n in found.sections[s]}
-    _collect(spec, document, found, extended)
-    return spec
+        extended = _names(found) - before
+    for index, target in enumerate(spec.include):
+        _follow(target, path, document, ("include", index), found)
+    return extended
+
+
+def _names(found: Definitions) -> set[tuple[str, str]]:
+    return {(section, name) for section in SECTIONS for name in found.sections[section]}
 
 
 def _check_shape(document: Document, found: Definitions) -> AirframeFile | None:
@@ -175,17 +190,21 @@ def _follow(
     for folder in (path.parent, models_folder()):
         candidate = folder / target
         if not candidate.is_file():
+            found.looked[candidate] = None
             continue
-        if folder.resolve() not in candidate.resolve().parents:
+        resolved = candidate.resolve()
+        if folder.resolve() not in resolved.parents:
             found.problems.append(f"{where}: {target!r} lies outside the model's folder")
-            return
-        _read(candidate, target, found)
+        elif resolved in found.open_files:
+            found.problems.append(f"{where}: {target!r} includes itself")
+        else:
+            _read(candidate, target, found)
         return
     found.problems.append(f"{where}: {target!r} is not found beside the file or among the models")
 
 
 def _collect(
-    spec: AirframeFile, document: Document, found: Definitions, extended: set[str]
+    spec: AirframeFile, document: Document, found: Definitions, extended: set[tuple[str, str]]
 ) -> None:
     for section in SECTIONS:
         entries: Mapping[str, Any] = getattr(spec, section)
@@ -193,7 +212,7 @@ def _collect(
         for name, entry in entries.items():
             definition = Definition(entry, document, (section, name))
             earlier = known.get(name)
-            if earlier is None or f"{section}.{name}" in extended:
+            if earlier is None or (section, name) in extended:
                 known[name] = definition
             elif section in ("measurements", "inputs"):
                 # One message may be described in several files, each with fields of its own.

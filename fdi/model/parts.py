@@ -10,11 +10,17 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from fdi.model.expression import Expression
+from fdi.model.expression import CONSTANTS, Expression
 from fdi.telemetry import Channel
 
 STATES: Final = frozenset({"armed", "airborne", "mode", "phase"})
 """Names of the flight state, known in every condition."""
+MEASURED: Final = "measured"
+"""A channel's value in its measurement equation."""
+SLOPE: Final = "slope_of_state"
+"""The derivative that was computed, in the residual of ``y = der(x)``."""
+RESERVED: Final = STATES | {MEASURED, SLOPE, *CONSTANTS}
+"""Names that a model cannot give to anything of its own."""
 
 
 class Kind(StrEnum):
@@ -51,7 +57,10 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A known constant, taken from the log (times ``log_scale``) where it is there."""
+    """A known constant, taken from the log (times ``log_scale``) where it is there.
+
+    ``world`` names a quantity of the place and day of the flight (see ``world.py``).
+    """
 
     name: str
     value: float
@@ -60,6 +69,7 @@ class Parameter:
     log_names: tuple[str, ...] = ()
     log_scale: float = 1.0
     bounds: tuple[float, float] | None = None
+    world: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +90,8 @@ class Equation:
         The fault the equation brings, and whom a violation concerns.
     tolerance : float
         How far the two sides may differ in health, in the unit of the equation.
+    window : float
+        s; a derivative is taken over at least this long, for quantities that are noisy but slow.
     """
 
     name: str
@@ -93,6 +105,7 @@ class Equation:
     fault: str | None = None
     component: str | None = None
     tolerance: float = 0.0
+    window: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

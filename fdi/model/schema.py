@@ -63,6 +63,7 @@ class ParameterEntry(_Entry):
     source: str = ""
     log: LogParameter | None = None
     identify: Identify | None = None
+    world: Literal["magnetic_declination", "magnetic_strength"] | None = None
     description: str = ""
 
 
@@ -76,6 +77,7 @@ class EquationEntry(_Entry):
     fault: str | None = None
     component: Name | None = None
     tolerance: Quantity | None = None
+    window: Quantity | None = None
 
 
 class LimitEntry(_Entry):

@@ -13,14 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import isclose
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, ModelError
 from fdi.model.calculus import isolate
-from fdi.model.dimensions import dimension
-from fdi.model.evaluate import evaluate
+from fdi.model.dimensions import Dimension, dimension
+from fdi.model.evaluate import evaluate, holds
 from fdi.model.expression import (
     Expression,
     Number,
@@ -30,6 +32,7 @@ from fdi.model.expression import (
     symbols,
 )
 from fdi.model.parts import (
+    MEASURED,
     STATES,
     Component,
     Equation,
@@ -40,12 +43,11 @@ from fdi.model.parts import (
 )
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
-from fdi.telemetry import Channel, Log, Request
+from fdi.telemetry import Log, Request
 
 if TYPE_CHECKING:
     from fdi.model.airframe import Airframe
 
-MEASURED: Final = "measured"
 EdgeKind = Literal["solvable", "fixed", "derivative", "integral"]
 DIFFERENTIAL: Final = ("derivative", "integral")
 
@@ -76,6 +78,7 @@ class SystemEquation:
     fault: str | None = None
     component: str | None = None
     tolerance: float = 0.0
+    window: float = 0.0
     measurement: Measurement | None = None
     text: str = ""
 
@@ -113,8 +116,6 @@ class System:
     ----------
     channels : tuple of Request
         What to ask of the log: every measured channel.
-    shown : mapping of str to Channel
-        For every measured variable its first channel, which conditions of equations read.
     warnings : tuple of str
         What of the model could not be used with this log, and why.
     """
@@ -128,11 +129,21 @@ class System:
     variables: Mapping[str, Variable]
     parameters: Mapping[str, ParameterValue]
     components: Mapping[str, Component]
-    shown: Mapping[str, Channel]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def inputs(self) -> Mapping[str, int]:
+        """Return the variables that inputs show, with the equations that do."""
+        return {
+            equation.measurement.variable: number
+            for number, equation in enumerate(self.equations)
+            if equation.kind is Kind.INPUT and equation.measurement
+        }
 
     def structure(self, *, limits: bool = True) -> Model:
         """Return the incidence of the system, as pure structure.
+
+        A variable that an input shows is known and trusted, so it is no unknown here.
 
         Parameters
         ----------
@@ -140,20 +151,25 @@ class System:
             False leaves limits and equalities out: they are no redundancy for a cross-check. The
             names of the equations, not their numbers, then lead back to the system.
         """
-        checks = () if limits else (Kind.LIMIT, Kind.EQUALITY)
-        kept = [i for i, equation in enumerate(self.equations) if equation.kind not in checks]
+        left_out = (Kind.INPUT,) if limits else (Kind.INPUT, Kind.LIMIT, Kind.EQUALITY)
+        kept = [i for i, equation in enumerate(self.equations) if equation.kind not in left_out]
         row_of = {number: row for row, number in enumerate(kept)}
-        names = [n for n in self.unknowns if any(n in self.equations[i].edges for i in kept)]
+        known = self.inputs
+        used = {name for i in kept for name in self.equations[i].edges}
+        names = [name for name in self.unknowns if name in used and name not in known]
         place = {name: column for column, name in enumerate(names)}
         edges = [
             (row_of[i], place[name], kind)
             for i in kept
             for name, kind in self.equations[i].edges.items()
+            if name in place
         ]
         return Model(
             equations=tuple(self.equations[i].name for i in kept),
             unknowns=tuple(names),
-            rows=tuple(tuple(sorted(place[n] for n in self.equations[i].edges)) for i in kept),
+            rows=tuple(
+                tuple(sorted(place[n] for n in self.equations[i].edges if n in place)) for i in kept
+            ),
             faults=tuple(
                 StructuralFault(fault.name, (row_of[fault.equation],))
                 for fault in self.faults
@@ -176,6 +192,7 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
     warnings: list[str] = []
     parameters = {name: _value(p, log) for name, p in airframe.parameters.items()}
     present = [m for m in airframe.measurements if _is_present(m, log, airframe, warnings)]
+    present = _first_inputs(present)
     if not present:
         raise LogError(
             f"holds no message that the model {airframe.name!r} measures",
@@ -185,9 +202,6 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
     equations = [_relation(e, airframe) for e in airframe.equations]
     equations += [_shown(m, airframe) for m in present]
     unknowns = [name for equation in equations for name in equation.edges]
-    shown: dict[str, Channel] = {}
-    for measurement in sorted(present, key=lambda m: not m.trusted):
-        shown.setdefault(measurement.variable, measurement.channel)
     return System(
         name=airframe.name,
         sha256=airframe.sha256,
@@ -198,9 +212,21 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
         variables=airframe.variables,
         parameters=parameters,
         components=airframe.components,
-        shown=shown,
         warnings=tuple(warnings),
     )
+
+
+def _first_inputs(present: list[Measurement]) -> list[Measurement]:
+    """Return the measurements with one input for a variable: a second one would be a copy."""
+    shown: set[str] = set()
+    kept = []
+    for measurement in present:
+        if measurement.trusted and measurement.variable in shown:
+            continue
+        if measurement.trusted:
+            shown.add(measurement.variable)
+        kept.append(measurement)
+    return kept
 
 
 def _is_present(
@@ -220,12 +246,24 @@ def _is_present(
     if measurement.value is not None or measurement.raw:
         return True
     own, wanted = message.unit(channel.field), airframe.variables[measurement.variable].unit
-    if own not in (wanted, "") and not dimension(own).fits(dimension(wanted)):
+    if not _fits(own, wanted, airframe.units):
         raise ModelError(
             f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
             where=str(channel),
         )
     return channel in log.channels
+
+
+def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
+    """Return whether a log's values are in the unit of a variable."""
+    if own == wanted:
+        return True
+    variable = units.get(wanted) or dimension(wanted)
+    if own:
+        return (units.get(own) or dimension(own)).fits(variable)
+    # No unit is a number, or a quantity whose unit the log's format does not state; per cent and
+    # degrees it is not, because these became fractions and radians when the log was read.
+    return bool(variable.exponents) or isclose(variable.factor, 1.0)
 
 
 def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:
@@ -256,6 +294,7 @@ def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
         fault=equation.fault,
         component=equation.component,
         tolerance=equation.tolerance,
+        window=equation.window,
         text=equation.text,
     )
 
@@ -272,8 +311,10 @@ def _edge(equation: Equation, name: str, variable: Variable) -> EdgeKind:
 
 
 def _shown(measurement: Measurement, airframe: Airframe) -> SystemEquation:
+    channel = str(measurement.channel)
+    # A channel may be an input of one variable and the measurement of another.
     return SystemEquation(
-        str(measurement.channel),
+        f"{channel}>{measurement.variable}" if measurement.trusted else channel,
         Kind.INPUT if measurement.trusted else Kind.MEASUREMENT,
         Symbol(measurement.variable),
         Symbol(MEASURED),
@@ -310,7 +351,7 @@ def _request(
         channel=measurement.channel,
         fields=_fields(measurement, parameters),
         value=None if value is None else _compute(substitute(value, constants)),
-        valid=None if when is None else _compute(substitute(when, constants)),
+        valid=None if when is None else _hold(substitute(when, constants)),
         raw=measurement.raw,
         circular=variable.circular,
         latency=measurement.latency,
@@ -319,6 +360,10 @@ def _request(
 
 def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[Any]]:
     return lambda columns: evaluate(expression, columns)
+
+
+def _hold(condition: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[np.bool_]]:
+    return lambda columns: holds(condition, columns)
 
 
 def _value(parameter: Parameter, log: Log | None) -> ParameterValue:

@@ -8,6 +8,7 @@ node tree is walked here rather than constructed by the library: only nodes know
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +17,7 @@ from fdi.errors import ModelError
 
 MAX_BYTES: Final = 1_000_000
 MAX_DEPTH: Final = 50
+STANDARD: Final = "tag:yaml.org,2002"
 
 Place = tuple[str | int, ...]
 
@@ -27,6 +29,7 @@ class Document:
     name: str
     tree: dict[str, Any]
     lines: dict[Place, int]
+    sha256: str
 
     def line(self, path: Place) -> int:
         """Return the line of an entry, or of the nearest entry that holds it."""
@@ -79,7 +82,7 @@ def parse_document(text: str, name: str) -> Document:
         raise ModelError.of(reader.problems)
     if not isinstance(tree, dict):
         raise ModelError("does not hold a mapping of keys to values", where=name)
-    return Document(name, tree, reader.lines)
+    return Document(name, tree, reader.lines, hashlib.sha256(text.encode()).hexdigest())
 
 
 def _one_line(error: Exception) -> str:
@@ -109,12 +112,16 @@ class _Reader:
         if len(path) > MAX_DEPTH:
             self.problem(node, f"nested deeper than {MAX_DEPTH}")
             return None
-        kind = type(node).__name__
-        if kind == "MappingNode":
-            return self._mapping(node, path)
-        if kind == "SequenceNode":
-            return [self._entry(item, (*path, i)) for i, item in enumerate(node.value)]
-        return self._scalar(node)
+        prefix, _, tag = str(node.tag).rpartition(":")
+        match type(node).__name__, tag if prefix == STANDARD else "":
+            case "MappingNode", "map":
+                return self._mapping(node, path)
+            case "SequenceNode", "seq":
+                return [self._entry(item, (*path, i)) for i, item in enumerate(node.value)]
+            case "ScalarNode", ("null" | "bool" | "int" | "float" | "str" | "timestamp"):
+                return _scalar(tag, node.value)
+        self.problem(node, f"the tag {node.tag} is not allowed")
+        return None
 
     def _entry(self, node: Any, path: Place) -> Any:
         self.lines[path] = node.start_mark.line + 1
@@ -135,24 +142,21 @@ class _Reader:
             result[key] = self.value(value_node, (*path, key))
         return result
 
-    def _scalar(self, node: Any) -> Any:
-        tag = str(node.tag).rpartition(":")[2]
-        text: str = node.value
-        try:
-            match tag:
-                case "null":
-                    return None
-                case "bool":
-                    return text.lower() == "true"
-                case "int":
-                    return int(text.replace("_", ""), 0) if len(text) < 30 else float(text)
-                case "float":
-                    return float(
-                        text.replace("_", "").replace(".inf", "inf").replace(".nan", "nan")
-                    )
-                case "str" | "timestamp":
-                    return text
-        except ValueError:
-            return text
-        self.problem(node, f"the tag {node.tag} is not allowed")
-        return None
+
+def _scalar(tag: str, text: str) -> Any:
+    try:
+        match tag:
+            case "null":
+                return None
+            case "bool":
+                return text.lower() == "true"
+            case "int":
+                digits = text.replace("_", "")
+                if len(digits) > 30:
+                    return float(digits)
+                return int(digits, 0 if digits.lstrip("+-")[:2] in ("0x", "0o", "0b") else 10)
+            case "float":
+                return float(text.replace("_", "").replace(".inf", "inf").replace(".nan", "nan"))
+    except ValueError:  # the library's idea of a number is wider than Python's
+        return text
+    return text

@@ -19,8 +19,8 @@ from fdi import structure
 from fdi.errors import ModelError
 from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
-from fdi.model.parts import Variable
-from fdi.model.system import MEASURED, System, SystemEquation
+from fdi.model.parts import MEASURED, SLOPE, Variable
+from fdi.model.system import System, SystemEquation
 from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
 from fdi.residuals.rules import NoMatching, ValidMatching, cheapest_matching
 from fdi.residuals.solve import solve
@@ -28,6 +28,8 @@ from fdi.residuals.solve import solve
 Tests = Literal["mtes", "mtes+cross_checks"]
 Origin = Literal["mtes", "cross_check"]
 MAX_SETS: Final = 20_000
+MAX_DERIVED: Final = 3
+"""Steps by which a variable of a condition may be derived from measured ones."""
 
 
 class _UnsolvableError(Exception):
@@ -58,9 +60,16 @@ def test_sets(system: System, tests: Tests) -> list[tuple[tuple[int, ...], Origi
                     raise ModelError(
                         f"has more than {MAX_SETS} test sets with this telemetry", where=system.name
                     )
-                names = [part.equations[row] for row in structure.members(bits)]
-                found.setdefault(tuple(sorted(number[name] for name in names)), origin)
+                rows = [number[part.equations[row]] for row in structure.members(bits)]
+                found.setdefault(_with_inputs(rows, system), origin)
     return list(found.items())
+
+
+def _with_inputs(rows: list[int], system: System) -> tuple[int, ...]:
+    """Return equations with the inputs that show what they hold, ascending."""
+    inputs = system.inputs
+    shown = {inputs[n] for i in rows for n in system.equations[i].edges if n in inputs}
+    return tuple(sorted({*rows, *shown}))
 
 
 def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
@@ -111,11 +120,10 @@ class _Graph:
         self.nodes: list[Node] = []
         self._number: dict[Node, int] = {}
         self._roots: dict[tuple[int, str], tuple[Expression, ...] | None] = {}
-        self._shown = {
-            str(e.measurement.channel): i
-            for i, e in enumerate(system.equations)
-            if e.measurement is not None
-        }
+        self._shown: dict[str, int] = {}
+        for i, e in sorted(enumerate(system.equations), key=lambda pair: pair[1].fault is not None):
+            if e.measurement is not None:
+                self._shown.setdefault(e.measurement.variable, i)
 
     def add_generator(self, matching: ValidMatching) -> int:
         """Return the node of a generator's residual, with everything before it added."""
@@ -152,15 +160,28 @@ class _Graph:
                     arguments[name] = self._channel(number)
                 elif name in values:
                     arguments[name] = values[name]
-                elif name in self.system.shown:
-                    # Only a condition can get here: a matching computes all other unknowns.
-                    arguments[name] = self._channel(self._shown[str(self.system.shown[name])])
                 elif name in self.system.variables:
-                    equation = self.system.equations[number].name
-                    raise _UnsolvableError(
-                        f"the condition of {equation} needs {name}: not measured"
-                    )
+                    # Only a condition can get here: a matching computes all other unknowns.
+                    arguments[name] = self._look_up(name, number, ())
         return tuple(sorted(arguments.items()))
+
+    def _look_up(self, name: str, asked_by: int, pending: tuple[str, ...]) -> int:
+        """Return a node for a variable that a condition reads: shown, or derived from shown ones."""
+        if name in self._shown:
+            return self._channel(self._shown[name])
+        for number, equation in enumerate(self.system.equations):
+            if equation.edges.get(name) != "solvable" or equation.when is not None:
+                continue
+            others = [other for other in equation.edges if other != name]
+            if len(pending) >= MAX_DERIVED or set(others) & {name, *pending}:
+                continue
+            try:
+                known = {o: self._look_up(o, asked_by, (*pending, name)) for o in others}
+            except _UnsolvableError:
+                continue
+            return self._add_step(number, name, known)
+        text = f"the condition of {self.system.equations[asked_by].name} needs {name}: not measured"
+        raise _UnsolvableError(text)
 
     def _gate(
         self, equation: SystemEquation, number: int, values: dict[str, int]
@@ -178,10 +199,8 @@ class _Graph:
             derivative, state = equation.differential
             if name != derivative:
                 raise _UnsolvableError(f"{equation.name} would have to be integrated")
-            arguments = ((state, values[state]),)
-            return self._add(
-                Node("derivative", number, (name,), (), arguments, gate, gate_arguments)
-            )
+            given = ((state, values[state]),)
+            return self._add(Node("derivative", number, (name,), (), given, gate, gate_arguments))
         key = (number, name)
         if key not in self._roots:
             self._roots[key] = solve(equation, name, self.system.variables[name])
@@ -240,10 +259,10 @@ class _Graph:
             slope = self._add(
                 Node("derivative", number, (derivative,), (), ((state, values[state]),))
             )
-            difference = subtract(Symbol("slope"), equation.left)
-            arguments = (("slope", slope), (derivative, values[derivative]))
+            difference = subtract(Symbol(SLOPE), equation.left)
+            sides = ((SLOPE, slope), (derivative, values[derivative]))
             return self._add(
-                Node("residual", number, (), (difference,), arguments, gate, gate_arguments)
+                Node("residual", number, (), (difference,), sides, gate, gate_arguments)
             )
         expression = subtract(equation.right, equation.left)
         arguments = self._arguments([expression], number, values)

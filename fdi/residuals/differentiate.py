@@ -69,6 +69,11 @@ def differentiate(
     if recipe.method == "backward_from_zero":
         before = np.concatenate([[0.0], values[:-1]])
         return (values - before) / step, float(np.sqrt(2.0) / step)
+    known = np.isfinite(values)
+    if circular:
+        # Turned on step by step: over a whole window a fast rotation would pass half a turn.
+        values = np.cumsum(np.nan_to_num(wrap(np.diff(values, prepend=0.0))))
+    values = np.where(known, values, np.nan)
     half = recipe.half_width(step)
     total = half * (half + 1) * (2 * half + 1) / 3  # sum of i^2 from -half to half
     slope = np.zeros(len(values))
@@ -76,7 +81,6 @@ def differentiate(
         difference = np.full(len(values), np.nan)
         if 2 * offset < len(values):
             difference[offset:-offset] = values[2 * offset :] - values[: -2 * offset]
-        if circular:
-            difference = wrap(difference)
         slope += offset * difference
+    slope[~known] = np.nan
     return slope / (step * total), float(1.0 / (step * np.sqrt(total)))

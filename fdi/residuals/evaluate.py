@@ -17,17 +17,17 @@ A node is dropped when the last node that needs it is done, so memory stays smal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fdi.model.evaluate import Column, Floats, evaluate, wrap
-from fdi.model.expression import Symbol
+from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
+from fdi.model.expression import Symbol, symbols
 from fdi.residuals.bank import Bank, Node
 from fdi.residuals.differentiate import Differentiation, differentiate
-from fdi.residuals.newton import follow, solve_loop
+from fdi.residuals.newton import choose, solve_loop
 from fdi.telemetry import Channel, Signals
 
 if TYPE_CHECKING:
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 TIMING_SHARE: Final = 0.25
 """Standard deviation of a record's time as a share of its channel's period (a uniform delay within
 one period has 0.29)."""
+
+SAME: Final = 1e-6
+"""Two sides that differ by less, relative to their size, are equal but for rounding."""
 
 Effects = dict[tuple[str, int, int], Floats]
 """(``noise`` or ``offset``, source, generation) to the column by which the value moves."""
@@ -102,6 +105,7 @@ class _Context:
     recipe: Differentiation
     constants: Mapping[str, Column]
     states: Mapping[str, Column]
+    shown: Mapping[str, Floats]
     step: float
 
     @property
@@ -124,6 +128,7 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
             "mode": state.mode,
             "phase": state.phase,
         },
+        _shown(bank, signals),
         1.0 / signals.rate_hz,
     )
     count, size = len(bank.generators), len(signals.t)
@@ -191,9 +196,9 @@ def _compute(node: Node, done: Mapping[int, _Value], context: _Context) -> _Valu
             value = _function(node, done, context)
     if node.gate is not None:
         columns = {name: done[i].column for name, i in node.gate_arguments}
-        holds = evaluate(node.gate, {**context.constants, **context.states, **columns})
+        valid = holds(node.gate, {**context.constants, **context.states, **columns})
         for part in (value, *value.parts):
-            part.column = np.where(holds, part.column, np.nan)
+            part.column = np.where(valid, part.column, np.nan)
     return value
 
 
@@ -219,7 +224,8 @@ def _noise(
         step = wrap(step)
     rate = np.abs(np.nan_to_num(step)) / context.step
     # A change shows in the sample before and after it as well: interpolation spreads it.
-    rate = np.maximum(rate, np.maximum(np.roll(rate, 1), np.roll(rate, -1)))
+    around = np.pad(rate, 1)
+    rate = np.maximum(rate, np.maximum(around[:-2], around[2:]))
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
     return np.hypot(accuracy, timing * rate)
 
@@ -240,7 +246,10 @@ def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Val
         roots = [evaluate(e, everything, real_part=context.real_part) for e in node.expressions]
         size = len(context.signals.t)
         stacked = np.array([np.broadcast_to(root, size) for root in roots])
-        value = stacked[0] if len(roots) == 1 else _choose(stacked, node, context)
+        if len(roots) == 1:
+            value = stacked[0]
+        else:
+            value = _choose(_solving(stacked, node, everything, context), node, context)
         return wrap(value) if circular else value
 
     column = compute(given)
@@ -272,26 +281,61 @@ def _moved(
     return effects
 
 
+def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: _Context) -> Floats:
+    """Return the roots that solve the equation: a square undone brings some that do not."""
+    equation = context.bank.system.equations[node.equation]
+    given = {*columns, node.variables[0]}
+    if context.real_part or not {*symbols(equation.left), *symbols(equation.right)} <= given:
+        return roots
+    kept = roots.copy()
+    for root in kept:
+        here = {**columns, node.variables[0]: root}
+        left, right = evaluate(equation.left, here), evaluate(equation.right, here)
+        gap = wrap(left - right) if equation.circular else left - right
+        root[np.abs(gap) > SAME * (np.abs(left) + np.abs(right))] = np.nan
+    return kept
+
+
 def _choose(roots: Floats, node: Node, context: _Context) -> Floats:
     variable = context.bank.system.variables[node.variables[0]]
     low = -np.inf if variable.low is None else variable.low
     high = np.inf if variable.high is None else variable.high
     inside = np.where((roots >= low) & (roots <= high), roots, np.nan)
-    return follow(inside[:, None, :])[0]
+    track: Floats = choose(inside[:, None, :], _near([variable.name], context))[0]
+    return track
+
+
+def _near(names: Sequence[str], context: _Context) -> Floats:
+    """Return what channels show of variables, (m, n), to tell several solutions apart."""
+    size = len(context.signals.t)
+    unknown = np.full(size, np.nan)
+    return np.array([context.shown.get(name, unknown) for name in names]).reshape(-1, size)
+
+
+def _shown(bank: Bank, signals: Signals) -> dict[str, Floats]:
+    shown: dict[str, Floats] = {}
+    for equation in sorted(bank.system.equations, key=lambda e: e.fault is not None):
+        if equation.measurement is not None:
+            column = signals.columns[equation.measurement.channel]
+            shown.setdefault(equation.measurement.variable, column)
+    return shown
 
 
 def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
     ((name, number),) = node.arguments
     value = done[number]
     circular = context.bank.system.variables[name].circular
-    column, gain = differentiate(value.column, context.step, context.recipe, circular=circular)
+    recipe = context.recipe
+    window = max(recipe.window_s, context.bank.system.equations[node.equation].window)
+    recipe = replace(recipe, window_s=window)
+    column, gain = differentiate(value.column, context.step, recipe, circular=circular)
     effects: Effects = {
         # White noise through a difference no longer cancels against the noise it came from.
         ("noise", source, generation + 1): gain * np.abs(effect)
         for (kind, source, generation), effect in value.effects.items()
         if kind == "noise"
     }
-    return _Value(column, effects, value.ahead + context.recipe.half_width(context.step))
+    return _Value(column, effects, value.ahead + recipe.half_width(context.step))
 
 
 def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
@@ -299,7 +343,8 @@ def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
     unknowns = [context.bank.system.variables[name] for name in node.variables]
 
     def solve(columns: Mapping[str, Column]) -> list[Floats]:
-        solution = solve_loop(node.expressions, unknowns, {**context.constants, **columns})
+        known = {**context.constants, **columns}
+        solution = solve_loop(node.expressions, unknowns, known, _near(node.variables, context))
         return [np.broadcast_to(column, len(context.signals.t)).copy() for column in solution]
 
     given = {name: value.column for name, value in arguments.items()}

@@ -3,7 +3,8 @@
 In: the equations of an algebraic loop as expressions that are zero, and the columns they know. Out:
 one column for each unknown of the loop. A damped Newton (Levenberg-Marquardt) runs on all samples
 together from a few starting points, one per combination of signs; roots outside a variable's domain
-are dropped, and among several the one that continues the previous sample is taken.
+are dropped, and among several the one nearest to what a channel shows is taken, or the one that
+continues the previous sample where no channel shows the unknown.
 
 The iteration is capped; a sample that has not converged is unknown.
 """
@@ -29,7 +30,10 @@ TOLERANCE: Final = 1e-9
 
 
 def solve_loop(
-    equations: Sequence[Expression], unknowns: Sequence[Variable], columns: Mapping[str, Column]
+    equations: Sequence[Expression],
+    unknowns: Sequence[Variable],
+    columns: Mapping[str, Column],
+    near: Floats | None = None,
 ) -> list[Floats]:
     """Return a column for every unknown.
 
@@ -40,6 +44,8 @@ def solve_loop(
     unknowns : sequence of Variable
     columns : mapping of str to (n,) float
         Everything else the equations hold.
+    near : (m, n) float, optional
+        What channels show of the unknowns, to tell several solutions apart.
     """
     known = [np.abs(np.asarray(c, dtype=float)) for c in columns.values() if np.ndim(c)]
     size = len(known[0]) if known else 1
@@ -52,7 +58,7 @@ def solve_loop(
     candidates = np.array(tracks)  # (starts, unknowns, n)
     outside = np.any([_outside(candidates[:, i], u) for i, u in enumerate(unknowns)], axis=0)
     candidates = np.where(outside[:, None, :], np.nan, candidates)
-    chosen = follow(candidates)
+    chosen = follow(candidates) if near is None else choose(candidates, near)
     return [chosen[place] for place in range(len(unknowns))]
 
 
@@ -117,7 +123,40 @@ def _step(
     diagonal = np.einsum("nii->ni", square)
     diagonal += damping[:, None] * (diagonal + 1e-9)
     right = transposed @ np.nan_to_num(value.T[:, :, None])
-    return -np.linalg.solve(square, right)[:, :, 0].T  # type: ignore[no-any-return]
+    return -np.linalg.solve(square, right)[:, :, 0].T
+
+
+def choose(candidates: Floats, near: Floats) -> Floats:
+    """Return of several candidate roots the one that is nearest to what was measured.
+
+    Parameters
+    ----------
+    candidates : (k, m, n) float
+        k roots of m unknowns at n samples; NaN where a root does not exist.
+    near : (m, n) float
+        What a channel shows of the unknowns; NaN where none does. Where it shows none of them, the
+        root follows from continuity (:func:`follow`).
+
+    Returns
+    -------
+    (m, n) float
+
+    Notes
+    -----
+    ``tan(course) = v_e/v_n`` with the ground speed has two solutions, one the reverse of the other,
+    and at rest they meet: continuity alone would leave such a place on the wrong one for the rest
+    of the flight.
+    """
+    track = follow(candidates)
+    gap = candidates - near[None]
+    shown = np.isfinite(near).any(axis=0) & np.isfinite(candidates).all(axis=1).any(axis=0)
+    if len(candidates) == 1 or not shown.any():
+        return track
+    distance = np.sqrt(np.nansum(gap**2, axis=1))
+    distance[~np.isfinite(candidates).all(axis=1)] = np.inf
+    best = np.argmin(distance, axis=0)
+    nearest: Floats = candidates[best, :, np.arange(candidates.shape[2])].T
+    return np.where(shown, nearest, track)
 
 
 def follow(candidates: Floats) -> Floats:
@@ -141,8 +180,8 @@ def follow(candidates: Floats) -> Floats:
     """
     k, _, n = candidates.shape
     if k == 1 or n == 1:
-        first = np.argmax(np.isfinite(candidates[:, 0, 0]))
-        return candidates[int(first)]
+        first: Floats = candidates[int(np.argmax(np.isfinite(candidates[:, 0, 0])))]
+        return first
     jump = np.linalg.norm(candidates[:, None, :, :-1] - candidates[None, :, :, 1:], axis=2)
     nearest = np.argmin(np.nan_to_num(jump, nan=np.inf), axis=1)  # (k, n-1)
     # A root that ceases to exist hands over to itself, so that the track survives a gap.

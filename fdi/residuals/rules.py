@@ -1,8 +1,8 @@
 """Which matching of a test set is valid, and which valid one is cheapest?
 
 In: a set of equations of a system. Out: a complete matching of its unknowns with one equation left
-over, such that everything can be computed in order (mixed causality), or the reason why there is
-none. The published rules:
+over, such that everything can be computed in order, or the reason why there is none. The published
+rules (mixed causality):
 
 1. Take out the equations matched by an integral or derivative edge. Strongly connected parts of
    what remains are algebraic loops; inside them a non-invertible edge may be matched, because the
@@ -11,8 +11,15 @@ none. The published rules:
    a matched non-invertible edge (outside the algebraic loops) or derivative edge is invalid.
 3. On the remaining paths a matched non-invertible edge or a matched integral edge is invalid.
 
-Cost 1 for an ordinary edge (times the equation's own cost), 100 for an integral or derivative one.
-Matchings without non-invertible edges are preferred: only where none is valid are loops searched.
+Cost 1 for an ordinary edge (times the equation's own cost), 100 for a derivative one. Matchings
+without non-invertible edges are preferred.
+
+An integral edge is valid inside a dynamic loop only, which would have to be integrated from a start
+value that no log states; so it is never matched here. Then no matching has to be searched for: once
+the left-over equation is chosen, the strongly connected parts are the same for every matching of
+the others (Dulmage and Mendelsohn 1958), an equation's only edge into its own part decides rule 3,
+a part of several is valid when none of its equations is differential, and the cost is that of the
+equations, whatever each is matched to. Left-over equations are tried from the cheapest on.
 
 References
 ----------
@@ -22,16 +29,20 @@ UAVs Using Structural Analysis, section III. Svard, Nyberg, IEEE Trans. SMC-A 40
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice
 from typing import Final
 
-from fdi.model.system import SystemEquation
+from fdi.model.system import EdgeKind, SystemEquation
 from fdi.residuals.graph import strong_components
 
-DIFFERENTIAL_COST: Final = 100.0
-MAX_TRIES: Final = 20_000
-"""Matchings looked at per set; sets of the shipped models need fewer than a hundred."""
+DERIVATIVE_COST: Final = 100.0
+MAX_TRIES: Final = 5_000
+"""Choices of left-over equations looked at per set. A set has as many as equations, unless parts of
+it that bring no fault are redundant among themselves, which is rare."""
+
+Equations = Mapping[int, SystemEquation]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +57,9 @@ class ValidMatching:
         Equations in computing order; a block of several is an algebraic loop.
     residual : int
         The equation left over.
+    cost : float
+    restricted : bool
+        Whether no non-invertible edge is matched.
     """
 
     pairs: tuple[tuple[int, str], ...]
@@ -62,18 +76,6 @@ class NoMatching:
     reason: str
 
 
-@dataclass(slots=True)
-class _Search:
-    equations: Mapping[int, SystemEquation]
-    options: dict[str, list[tuple[float, int]]]
-    order: list[str]
-    restricted: bool
-    best: ValidMatching | None = None
-    bound: float = float("inf")
-    tries: int = 0
-    reasons: dict[str, None] = field(default_factory=dict)
-
-
 def cheapest_matching(
     numbers: Sequence[int], system: Sequence[SystemEquation]
 ) -> ValidMatching | NoMatching:
@@ -85,119 +87,144 @@ def cheapest_matching(
         The set, numbers of equations; it must have more equations than unknowns.
     system : sequence of SystemEquation
         All equations.
+
+    Notes
+    -----
+    Of equal costs an equation of the model is left over before a measurement, so that a residual
+    compares what the model says. Where more than one equation is left over, the first in this order
+    is the residual, and what it does not need is not part of the generator.
     """
     equations = {i: system[i] for i in numbers}
-    reason = "it has no complete matching"
-    for restricted in (True, False):
-        search = _start(equations, restricted)
-        if search is None:
-            continue
-        for assignment in _assignments(search):
-            _judge(search, assignment)
-        if search.best:
-            return search.best
-        if search.tries >= MAX_TRIES:
-            reason = f"no valid one among the first {MAX_TRIES} matchings"
-        elif search.reasons:
-            reason = next(iter(search.reasons))
-    return NoMatching(reason)
+    unknowns = {name for equation in equations.values() for name in equation.edges}
+    excess = len(equations) - len(unknowns)
+    if excess < 1:
+        return NoMatching("it has no equation to spare")
+    with_fault = {i for i, equation in equations.items() if equation.fault}
+    fallback: ValidMatching | None = None
+    reason: str | None = None
+    for left_over in _choices(equations, excess):
+        judged = _judge(equations, unknowns, left_over)
+        if isinstance(judged, NoMatching):
+            reason = reason or judged.reason
+        elif with_fault.isdisjoint({judged.residual, *(i for i, _ in judged.pairs)}):
+            reason = reason or "it compares nothing that could fail"
+        elif judged.restricted:
+            return judged
+        else:
+            fallback = fallback or judged
+    return fallback or NoMatching(reason or "it has no complete matching")
 
 
-def _start(equations: Mapping[int, SystemEquation], restricted: bool) -> _Search | None:
-    options: dict[str, list[tuple[float, int]]] = {}
-    for number, equation in equations.items():
-        for name, kind in equation.edges.items():
-            entry = options.setdefault(name, [])
-            if kind == "fixed" and restricted:
-                continue
-            cost = equation.cost * (1.0 if kind in ("solvable", "fixed") else DIFFERENTIAL_COST)
-            entry.append((cost, number))
-    if any(not entry for entry in options.values()):
-        return None
-    for entry in options.values():
-        entry.sort()
-    order = sorted(options, key=lambda name: (len(options[name]), name))
-    return _Search(equations, options, order, restricted)
+def _cost(equation: SystemEquation) -> float:
+    return equation.cost * (DERIVATIVE_COST if equation.differential else 1.0)
 
 
-def _assignments(search: _Search) -> Iterator[dict[str, int]]:
-    """Yield complete matchings, cheap choices first, bounded by the best valid one so far."""
-    names = search.order
-    cheapest = [search.options[name][0][0] for name in names]
-    ahead = [sum(cheapest[i:]) for i in range(len(names) + 1)]
-    chosen: dict[str, int] = {}
-    used: set[int] = set()
-    costs = [0.0]
-    iterators = [iter(search.options[names[0]])] if names else []
-    if not names:
-        yield {}
-    while iterators:
-        depth = len(iterators) - 1
-        name = names[depth]
-        if name in chosen:
-            used.discard(chosen.pop(name))
-            costs.pop()
-        step = next(
-            (
-                (cost, number)
-                for cost, number in iterators[-1]
-                if number not in used and costs[-1] + cost + ahead[depth + 1] < search.bound
-            ),
-            None,
-        )
-        if step is None:
-            iterators.pop()
-            continue
-        chosen[name] = step[1]
-        used.add(step[1])
-        costs.append(costs[-1] + step[0])
-        if depth + 1 < len(names):
-            iterators.append(iter(search.options[names[depth + 1]]))
-            continue
-        search.tries += 1
-        if search.tries > MAX_TRIES:
-            return
-        yield dict(chosen)
+def _choices(equations: Equations, excess: int) -> list[tuple[int, ...]]:
+    """Return the equations that may be left over, cheapest for the others first."""
+
+    def rank(number: int) -> tuple[float, bool, int]:
+        equation = equations[number]
+        shown = equation.measurement is not None
+        return -_cost(equation), shown, -number if shown else number
+
+    order = sorted(equations, key=rank)
+    choices = list(islice(combinations(order, excess), MAX_TRIES))
+    choices.sort(key=lambda choice: -sum(_cost(equations[i]) for i in choice))
+    return choices
 
 
-def _judge(search: _Search, assignment: Mapping[str, int]) -> None:
-    """Keep a matching if it is valid and cheaper than the best; note why if it is not."""
-    equations = search.equations
-    solved = {number: name for name, number in assignment.items()}
-    left_over = [number for number in equations if number not in solved]
-    kinds = {number: equations[number].edges[name] for number, name in solved.items()}
-    arrows = {
-        number: [other for other in solved if other != number and name in equations[other].edges]
-        for number, name in solved.items()
-    }
-    differential = {n for n, kind in kinds.items() if kind in ("derivative", "integral")}
-    algebraic = [n for n in solved if n not in differential]
-    loops = strong_components(algebraic, arrows)
-    in_loop = {n for loop in loops if len(loop) > 1 for n in loop}
-    parts = strong_components(list(solved), arrows)
+def _judge(
+    equations: Equations, unknowns: set[str], left_over: tuple[int, ...]
+) -> ValidMatching | NoMatching:
+    """Return the matching of the equations that are not left over, or what makes it invalid."""
+    rest = [number for number in equations if number not in left_over]
+    options = {number: list(equations[number].edges) for number in rest}
+    solved = _match(options)
+    if len(solved) < len(unknowns):
+        return NoMatching("it has no complete matching")
+    arrows = _arrows(equations, solved)
+    parts = strong_components(rest, arrows)
+    needed = _needed(equations, solved, left_over[0])
+    restricted = True
     for part in parts:
-        dynamic = len(part) > 1 and any(n in differential for n in part)
-        for number in part:
-            problem = _problem(kinds[number], number in in_loop, dynamic)
+        if part[0] not in needed:
+            continue
+        if len(part) == 1:
+            number = part[0]
+            problem = _PROBLEM.get(equations[number].edges[solved[number]])
             if problem:
                 text = f"{equations[number].name} would have to be {problem} for {solved[number]}"
-                search.reasons.setdefault(text)
-                return
-    cost = sum(
-        c for name, number in assignment.items() for c, n in search.options[name] if n == number
-    )
-    if cost < search.bound:
-        search.bound = cost
-        blocks = tuple(tuple(part) for part in parts)
-        pairs = tuple((n, solved[n]) for block in blocks for n in block)
-        search.best = ValidMatching(pairs, blocks, left_over[0], cost, search.restricted)
+                return NoMatching(text)
+        elif any(equations[number].differential for number in part):
+            names = ", ".join(equations[number].name for number in part)
+            return NoMatching(f"{names} form a dynamic loop, which would have to be integrated")
+        else:
+            own = {solved[number] for number in part}
+            better = _match({n: _solvable(equations[n], own) for n in part})
+            restricted = restricted and len(better) == len(part)
+            solved.update(better if len(better) == len(part) else {})
+    blocks = tuple(tuple(part) for part in parts if part[0] in needed)
+    pairs = tuple((number, solved[number]) for block in blocks for number in block)
+    cost = sum(_cost(equations[number]) for number, _ in pairs)
+    return ValidMatching(pairs, blocks, left_over[0], cost, restricted)
 
 
-def _problem(kind: str, in_algebraic_loop: bool, in_dynamic_loop: bool) -> str | None:
-    if kind == "fixed" and not in_algebraic_loop:
-        return "solved, which it cannot be,"
-    if kind == "derivative" and in_dynamic_loop:
-        return "differentiated inside a dynamic loop"
-    if kind == "integral" and not in_dynamic_loop:
-        return "integrated outside a dynamic loop"
-    return None
+_PROBLEM: Final[Mapping[EdgeKind, str]] = {
+    "fixed": "solved, which it cannot be,",
+    "integral": "integrated",
+}
+
+
+def _solvable(equation: SystemEquation, own: set[str]) -> list[str]:
+    return [n for n, kind in equation.edges.items() if kind == "solvable" and n in own]
+
+
+def _arrows(equations: Equations, solved: Mapping[int, str]) -> dict[int, list[int]]:
+    """Return for every matched equation the matched ones that hold its unknown."""
+    holders: dict[str, list[int]] = {}
+    for number in solved:
+        for name in equations[number].edges:
+            holders.setdefault(name, []).append(number)
+    return {
+        number: [other for other in holders[name] if other != number]
+        for number, name in solved.items()
+    }
+
+
+def _needed(equations: Equations, solved: Mapping[int, str], residual: int) -> set[int]:
+    """Return the matched equations from which the residual is computed."""
+    equation_of = {name: number for number, name in solved.items()}
+    reached: set[int] = set()
+    stack = [residual]
+    while stack:
+        for name in equations[stack.pop()].edges:
+            number = equation_of[name]
+            if number not in reached:
+                reached.add(number)
+                stack.append(number)
+    return reached
+
+
+def _match(options: Mapping[int, Sequence[str]]) -> dict[int, str]:
+    """Return a largest matching of equations to unknowns (Kuhn 1955), without recursion."""
+    equation_of: dict[str, int] = {}
+    for root in options:
+        parent: dict[str, int] = {}
+        queue = [root]
+        end: str | None = None
+        while queue and end is None:
+            number = queue.pop()
+            for name in options[number]:
+                if name in parent:
+                    continue
+                parent[name] = number
+                if name not in equation_of:
+                    end = name
+                    break
+                queue.append(equation_of[name])
+        solved = {number: name for name, number in equation_of.items()} if end else {}
+        while end is not None:
+            number = parent[end]
+            equation_of[end] = number
+            end = solved.get(number)
+    return {number: name for name, number in equation_of.items()}

@@ -8,12 +8,26 @@ What sympy cannot solve within its own means is solved by Newton's method (``new
 
 from __future__ import annotations
 
-from typing import Any
+from functools import reduce
+from typing import Any, Final
 
-from fdi.model.calculus import isolate
-from fdi.model.expression import Apply, Expression, Number, Symbol, symbols
+from fdi.model.calculus import isolate, subtract
+from fdi.model.expression import (
+    FUNCTIONS,
+    Apply,
+    Expression,
+    Number,
+    Symbol,
+    count,
+    walk,
+)
 from fdi.model.parts import Variable
 from fdi.model.system import SystemEquation
+
+MAX_OCCURRENCES: Final = 3
+"""Beyond this sympy takes seconds, and what it finds is a formula of pages."""
+TRANSCENDENTAL: Final = ("sin", "cos", "exp", "log")
+EXPONENTS: Final = (-2, -1, 0.5, 2, 3, 4)
 
 
 def solve(equation: SystemEquation, name: str, variable: Variable) -> tuple[Expression, ...] | None:
@@ -35,69 +49,71 @@ def solve(equation: SystemEquation, name: str, variable: Variable) -> tuple[Expr
 
 
 def _by_sympy(equation: SystemEquation, name: str) -> tuple[Expression, ...] | None:
+    difference = subtract(equation.right, equation.left)
+    outer = [n for n in walk(difference) if isinstance(n, Apply) and n.operator in TRANSCENDENTAL]
+    inside = sum(count(node, name) for node in outer)
+    if count(difference, name) > MAX_OCCURRENCES or 0 < inside != count(difference, name):
+        return None
     import sympy
 
-    names = dict.fromkeys((*symbols(equation.left), *symbols(equation.right)))
-    table = {n: sympy.Symbol(f"x{i}", real=True) for i, n in enumerate(names)}
+    unknown = sympy.Symbol("x", real=True)
+    known: dict[Expression, Any] = {}
     try:
-        difference = _to_sympy(equation.right, table) - _to_sympy(equation.left, table)
-        roots = sympy.solve(difference, table[name])
-        back = {symbol: n for n, symbol in table.items()}
+        roots = sympy.solve(_to_sympy(difference, name, unknown, known), unknown)
+        back = {symbol: part for part, symbol in known.items()}
         return tuple(_from_sympy(root, back) for root in roots) or None
-    except (NotImplementedError, ValueError):  # sympy's own words for "I cannot"
+    except (NotImplementedError, ValueError, TypeError):  # sympy's words for "I cannot"; complex
         return None
 
 
-def _to_sympy(expression: Expression, table: dict[str, Any]) -> Any:
+def _to_sympy(node: Expression, name: str, unknown: Any, known: dict[Expression, Any]) -> Any:
+    """Return sympy's form; what does not hold the unknown becomes one symbol."""
     import sympy
 
-    functions = {"abs": sympy.Abs, "min": sympy.Min, "max": sympy.Max}
-    match expression:
-        case Number(value):
-            return sympy.nsimplify(value, rational=True)
-        case Symbol(name):
-            return table[name]
-        case Apply("-", (argument,)):
-            return -_to_sympy(argument, table)
-        case Apply(operator, arguments):
-            inner = [_to_sympy(argument, table) for argument in arguments]
-            match operator:
-                case "+":
-                    return inner[0] + inner[1]
-                case "-":
-                    return inner[0] - inner[1]
-                case "*":
-                    return inner[0] * inner[1]
-                case "/":
-                    return inner[0] / inner[1]
-                case "**":
-                    return inner[0] ** inner[1]
-                case "wrap":
-                    raise ValueError("wrap has no inverse")
-            return functions.get(operator, getattr(sympy, operator, None))(*inner)  # type: ignore[misc]
-    raise ValueError("not a quantity")
+    if node == Symbol(name):
+        return unknown
+    if isinstance(node, Number):
+        return sympy.nsimplify(node.value, rational=True)
+    if not count(node, name):
+        return known.setdefault(node, sympy.Symbol(f"k{len(known)}", real=True))
+    if not isinstance(node, Apply):
+        raise ValueError("not a quantity")
+    inner = [_to_sympy(argument, name, unknown, known) for argument in node.arguments]
+    match node.operator, inner:
+        case "+", [left, right]:
+            return left + right
+        case "-", [only]:
+            return -only
+        case "-", [left, right]:
+            return left - right
+        case "*", [left, right]:
+            return left * right
+        case "/", [left, right]:
+            return left / right
+        case "**", [base, exponent] if exponent in EXPONENTS:
+            return base**exponent
+        case (("sqrt" | "sin" | "cos" | "exp" | "log"), [only]):
+            return getattr(sympy, node.operator)(only)
+    # sympy loses roots of abs, sign, min, max and atan2, and takes seconds over other powers.
+    raise ValueError(f"{node.operator} is solved numerically")
 
 
-def _from_sympy(value: Any, names: dict[Any, str]) -> Expression:
+def _from_sympy(value: Any, known: dict[Any, Expression]) -> Expression:
     if value.is_Symbol:
-        return Symbol(names[value])
+        return known[value]
     if value.is_number:
         return Number(float(value))
-    inner = [_from_sympy(argument, names) for argument in value.args]
+    inner = [_from_sympy(argument, known) for argument in value.args]
     operator = {"Add": "+", "Mul": "*"}.get(value.func.__name__)
     if operator:
-        result = inner[0]
-        for term in inner[1:]:
-            result = Apply(operator, (result, term))
-        return result
+        return reduce(lambda left, right: Apply(operator, (left, right)), inner)
     if value.is_Pow:
         if not isinstance(inner[1], Number):
             raise ValueError("an exponent that is not a number")
         if inner[1].value == 0.5:
             return Apply("sqrt", (inner[0],))
         return Apply("**", (inner[0], inner[1]))
-    spelled = {"Abs": "abs", "Min": "min", "Max": "max"}
-    name = spelled.get(value.func.__name__, value.func.__name__)
-    if name not in ("abs", "min", "max", "sin", "cos", "tan", "asin", "acos", "atan", "atan2"):
+    name = {"Abs": "abs"}.get(value.func.__name__, value.func.__name__)
+    if name not in FUNCTIONS:
         raise ValueError(f"{name} is not a function of the language")
     return Apply(name, tuple(inner))

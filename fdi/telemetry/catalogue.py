@@ -85,6 +85,13 @@ def mavlink_autopilot(number: int) -> str:
     return name
 
 
+def mavlink_firmware(autopilot: str, vehicle: str) -> str | None:
+    """Return the name of the firmware that such an autopilot runs in such a vehicle."""
+    table = _table("modes_mavlink")
+    name: str | None = table["firmware"].get(autopilot)
+    return table["firmware"].get(table["mode_table"][vehicle]) if autopilot == "ardupilot" else name
+
+
 def mavlink_mode(custom_mode: int, *, autopilot: str, vehicle: str) -> str:
     """Return the mode's name, ``MODE_<n>`` where the autopilot's numbers are not known.
 

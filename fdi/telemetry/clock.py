@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -34,6 +35,7 @@ PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between 
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
 _SINGLE: Final = 20  # more findings of one kind are told as one
+_LARGEST_US: Final = 2**61  # stamps beyond (year 75,000) only have to stay in range
 _MOST_JUMPS: Final = 1000  # of the recorder's clock; each costs a pass over the file
 _UTC_RANGE: Final = (946684800.0, 4102444800.0)  # 2000 to 2100: stamps outside are no UTC
 
@@ -203,7 +205,7 @@ def _finding(kind: Kind, t: float, count: int, text: str) -> QualityRecord:
 
 
 def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
-    """Return which values leave the median of the five around them; none in an ascending sequence."""
+    """Return which values leave the median of the five around them (none while they ascend)."""
     n = values.size
     if n < 3:
         return np.zeros(n, np.bool_)
@@ -215,11 +217,11 @@ def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
 
 
 def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
-    """Return the first record's stamp (us), all stamps from there in s, ascending but for jitter."""
-    signed = stamp_us.astype(np.int64)
+    """Return the first stamp (us), and all from there in s, ascending but for jitter."""
+    signed = np.minimum(stamp_us, np.uint64(_LARGEST_US)).astype(np.int64)
     origin = int(np.median(signed)) if signed.size else 0
     seconds = (signed - origin) / 1e6  # differences first: float64 holds 1.6e15 us to 0.25 us only
-    wrong = _spikes(seconds, SPIKE_S) if (np.diff(seconds) < -STEP_S).any() else _far_ends(seconds)
+    wrong = _spikes(seconds, SPIKE_S) | _far_ends(seconds)
     quality = []
     if wrong.any() and not wrong.all():
         right = np.flatnonzero(~wrong)
@@ -227,7 +229,7 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
     steps = np.diff(seconds, prepend=seconds[:1])
     back = np.flatnonzero(steps < -STEP_S)
     zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
-    zero = min(max(zero, -(2**62)), 2**62)  # a stamp may be anything
+    zero = min(max(zero, 0), _LARGEST_US)
     exact = (signed - zero) / 1e6
     arrival = np.where(wrong, seconds - (zero - origin) / 1e6, exact)
     shift = np.zeros(seconds.size)
@@ -357,5 +359,5 @@ def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np
 
 def _median_per_boot(rows: Ints, values: Floats, first: Ints) -> Floats:
     bounds = [*np.searchsorted(rows, first).tolist(), rows.size]
-    parts = [values[low:high] for low, high in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [values[low:high] for low, high in pairwise(bounds)]
     return np.array([np.median(part) if part.size else np.nan for part in parts])

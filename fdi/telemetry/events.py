@@ -123,37 +123,46 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     if modes:
         times, names = zip(*modes, strict=True)
         mode = np.array(names, object)[_latest(times, at)]
-    phase = np.full(at.size, "ground", object)
-    armed, airborne = np.zeros(at.size, np.bool_), np.zeros(at.size, np.bool_)
+    armed = np.zeros(at.size, np.bool_)
     if arms:
         times, values = zip(*arms, strict=True)
         before_first = not values[0]  # a log that begins with disarming began armed
         armed = np.where(at < times[0], before_first, np.array(values)[_latest(times, at)])
-    for flight in flights:
-        if not arms:
-            armed |= (at >= flight.start) & (at <= flight.end)
-        _paint(flight, at, phase, airborne)
-    return FlightState(at, armed, airborne, mode, phase)
+    phase = np.full(at.size, "ground", object)
+    if flights:
+        phase, in_flight = _phases(at, flights)
+        armed = armed if arms else in_flight
+    airborne = (phase == "takeoff") | (phase == "flight") | (phase == "landing")
+    return FlightState(at, armed, np.asarray(airborne, np.bool_), mode, phase)
 
 
 def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:
     return np.maximum(np.searchsorted(times, at, side="right") - 1, 0)
 
 
-def _paint(flight: Flight, at: Floats, phase: NDArray[Any], airborne: NDArray[np.bool_]) -> None:
-    if not flight.flew:
-        return
-    low, high = flight.airborne
-    is_up = (at >= low) & (at <= high)
-    airborne |= is_up
+def _phases(at: Floats, flights: Sequence[Flight]) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Return the phase at each time, and whether it lies in a flight; flights do not overlap."""
+    spans = [flight.airborne for flight in flights]
+    table = [
+        (
+            flight.start,
+            flight.end,
+            *span,
+            span[0] if flight.climbed is None else flight.climbed,
+            span[1] if flight.approach is None else flight.approach,
+            np.inf if flight.impact is None else flight.impact,
+            flight.flew,
+        )
+        for flight, span in zip(flights, spans, strict=True)
+    ]
+    columns = np.array(table, np.float64).T
+    which = np.searchsorted(columns[0], at, side="right") - 1
+    start, end, low, high, climbed, approach, impact, flew = columns[:, np.maximum(which, 0)]
+    is_up = (which >= 0) & (flew > 0) & (at >= low) & (at <= high)
+    phase = np.full(at.size, "ground", object)
     phase[is_up] = "flight"
-    if flight.climbed is not None:
-        phase[is_up & (at < flight.climbed)] = "takeoff"
-    if flight.approach is not None:
-        phase[is_up & (at > flight.approach)] = "landing"
-    if flight.impact is not None:
-        # after an impact nothing is evidence any more, until the next flight paints over it
-        phase[at >= flight.impact] = "impact"
-        airborne[at >= flight.impact] = False
-    elif high < flight.end:
-        phase[at > high] = "ground"
+    phase[is_up & (at < climbed)] = "takeoff"
+    phase[is_up & (at > approach)] = "landing"
+    # nothing after an impact is evidence any more, until the next flight begins
+    phase[(which >= 0) & (at >= impact)] = "impact"
+    return phase, (at >= start) & (at <= end)

@@ -7,12 +7,12 @@ specific force, not from one event of the autopilot (which an old or failing one
 *Take-off*: the height leaves the place of rest. *Landing*: from some time on the vehicle rests, and
 the end of the flight shows that it rests on the ground (disarmed, or throttle idle). *Impact*:
 while sinking fast a pulse of specific force, or a change of the climb rate, that neither rotors
-nor wings can produce, after which it sinks no more and does not climb away. A log that ends in a
-dive close to the ground ends with an impact. The impact's time is that of the last record before
-it: conservative, since nothing after it may be called a cause.
+nor wings can produce, after which it sinks no more, does not climb away, and is low or at rest. A
+log that ends in a dive close to the ground ends with an impact. The impact's time is that of the
+last record before it: conservative, since nothing after it may be called a cause.
 
 The trap: heights are estimates. With a frozen barometer a vehicle rests on the ground at an
-estimated 35 m, so no rule asks for height zero.
+estimated 35 m, so no rule asks for height zero alone.
 """
 
 from __future__ import annotations
@@ -30,23 +30,20 @@ from fdi.units import G0
 
 Floats = NDArray[np.float64]
 
-HARD_SPEED: Final = (
-    2.0  # m/s, a fall from 0.2 m; autopilots touch down at 0.5 (LAND_SPEED), gear stands 2
-)
-BLOW: Final = (
-    4.0 * G0
-)  # m/s^2 of specific force: above what rotors (thrust/weight to 3) or wings bear
-STOP: Final = 2.0 * G0  # m/s^2 of vertical acceleration, the same bound without gravity (3 g)
-IDLE_STOP: Final = 0.5 * G0  # m/s^2 upwards with idle rotors: only the ground does that
-STOP_FORCE: Final = (
-    1.5 * G0
-)  # a stop must be felt: an estimator's reset changes the climb rate alone
-WATCH_S: Final = (
-    0.6  # s on either side in which blow, stop and fall belong together (two records at 4 Hz)
-)
-FALL_S: Final = (
-    1.0  # s at the end of a log over which the loss of height must confirm the sink rate
-)
+# m/s, a fall from 0.2 m: autopilots touch down at 0.5 (LAND_SPEED), landing gear stands 2
+HARD_SPEED: Final = 2.0
+# m/s^2 of specific force: above what rotors (thrust/weight up to 3) or wings bear for long
+BLOW: Final = 4.0 * G0
+# m/s^2 of vertical acceleration: the same bound without gravity, 3 g
+STOP: Final = 2.0 * G0
+# m/s^2 upwards with idle rotors: only the ground does that
+IDLE_STOP: Final = 0.5 * G0
+# m/s^2: a stop must be felt, since an estimator's reset changes the climb rate alone
+STOP_FORCE: Final = 1.5 * G0
+# s on either side in which blow, stop and fall belong together: two records at 4 Hz
+WATCH_S: Final = 0.6
+# s at the end of a log over which the loss of height must confirm the sink rate
+FALL_S: Final = 1.0
 SETTLE_S: Final = (1.0, 4.0)  # s after it in which it no longer sinks
 REBOUND_M: Final = 3.0  # m; who climbs higher flies
 NEAR_GROUND_M: Final = 10.0  # m above the place of take-off; elsewhere it must come to rest
@@ -91,8 +88,13 @@ class _Motion:
     force: Floats  # the largest specific force within half a record, m/s^2
 
     def between(self, low: float, high: float) -> _Motion:
-        inside = (self.t >= low) & (self.t <= high)
+        inside = self.rows(low, high)
         return _Motion(*(getattr(self, name)[inside] for name in self.__slots__))
+
+    def rows(self, low: float, high: float) -> slice:
+        """Return the rows from time low to time high, both included."""
+        first = int(np.searchsorted(self.t, low, side="left"))
+        return slice(first, int(np.searchsorted(self.t, high, side="right")))
 
 
 def find_flights(
@@ -276,20 +278,21 @@ def _impact(
         candidate = (force > BLOW) | (rise > STOP)
         if not has_wings:
             candidate |= (rise > IDLE_STOP) & (np.append(motion.throttle[1:], 1) < IDLE_THROTTLE)
+    highest_later = np.maximum.accumulate(motion.height[::-1])[::-1]
     for row in np.flatnonzero(candidate).tolist():
-        near = np.abs(t - t[row]) <= WATCH_S
+        near = motion.rows(t[row] - WATCH_S, t[row] + WATCH_S)
         if row <= in_air or (felt and not np.nanmax(force[near], initial=0.0) > STOP_FORCE):
             continue
         last = _last_undisturbed(motion, row)
         speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
         is_hard = speed > HARD_SPEED and climb[last] < 0
-        if is_hard and _stays_down(motion, row, float(motion.height[last]), ground):
+        if is_hard and _stays_down(motion, row, float(motion.height[last]), ground, highest_later):
             return last, float(-climb[last] if -climb[last] > HARD_SPEED else speed)
     return None
 
 
 def _last_undisturbed(motion: _Motion, row: int) -> int:
-    """Return the last record that shows nothing of the blow yet: before force and climb rate change."""
+    """Return the last record before the blow changes force and climb rate."""
     climb = motion.climb
     last = row if row + 1 < climb.size and motion.force[row] <= STOP_FORCE else max(row - 1, 0)
     while last > 0 and motion.t[row] - motion.t[last] < WATCH_S:
@@ -300,24 +303,26 @@ def _last_undisturbed(motion: _Motion, row: int) -> int:
     return last
 
 
-def _stays_down(motion: _Motion, row: int, height: float, ground: float) -> bool:
+def _stays_down(
+    motion: _Motion, row: int, height: float, ground: float, highest_later: Floats
+) -> bool:
     """Return whether after the blow it neither sinks on nor climbs away, low or at rest.
 
-    ``height`` is the last one before the blow, which upsets the estimate for a while.
+    ``height`` is the last one before the blow, which upsets the estimate for a while;
+    ``highest_later`` (n,) the largest height from each row on.
     """
-    since = motion.t - motion.t[row]
-    settled = (since >= SETTLE_S[0]) & (since <= SETTLE_S[1])
-    if np.any(settled) and abs(np.median(motion.climb[settled])) > HARD_SPEED:
+    settled = motion.rows(motion.t[row] + SETTLE_S[0], motion.t[row] + SETTLE_S[1])
+    if settled.stop > settled.start and abs(np.median(motion.climb[settled])) > HARD_SPEED:
         return False
     if height > ground + NEAR_GROUND_M:  # on a hill, or the height is wrong
         speed = motion.speed[settled]
         return _known(speed) and bool(np.nanmedian(speed) < REST_SPEED)
-    later = motion.height[since > SETTLE_S[0]]
-    return not later.size or float(later.max()) <= height + REBOUND_M
+    is_over = settled.start >= motion.t.size
+    return is_over or float(highest_later[settled.start]) <= height + REBOUND_M
 
 
 def _dive_at_end(motion: _Motion, ground: float) -> tuple[int, float] | None:
-    """Return the last row and speed when the log ends in a dive that is about to meet the ground."""
+    """Return the last row and speed when the log ends in a dive close to the ground."""
     last = motion.t >= motion.t[-1] - FALL_S
     fallen = (motion.height[last][0] - motion.height[-1]) / max(np.ptp(motion.t[last]), 1e-3)
     sink = min(-float(np.median(motion.climb[-3:])), float(fallen))

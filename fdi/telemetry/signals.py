@@ -126,7 +126,8 @@ class Signals:
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
-        return f"<Signals of {self.log_name}: {len(self.columns)} channels, {span}, {self.rate_hz:g} Hz>"
+        size = f"{len(self.columns)} channels, {span}, {self.rate_hz:g} Hz"
+        return f"<Signals of {self.log_name}: {size}>"
 
     def frame(self) -> pd.DataFrame:
         """Return all columns as a pandas frame with index t (s)."""

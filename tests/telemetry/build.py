@@ -25,15 +25,26 @@ def record(
     version: int = 2,
     sequence: int = 0,
     signed: bool = False,
+    base_size: int | None = None,
     epoch: float = EPOCH,
 ) -> bytes:
-    """Return one record: stamp and frame."""
+    """Return one record: stamp and frame; ``base_size`` cuts the extensions off a MAVLink 1 one."""
     sender = mav.MAVLink(None, system, component)
     sender.seq = sequence % 256
     frame = bytes(message.pack(sender, force_mavlink1=version == 1))
+    if base_size is not None:
+        frame = cut(frame, base_size)
     if signed:
         frame = sign(frame)
     return struct.pack(">Q", round((epoch + t) * 1e6)) + frame
+
+
+def cut(frame: bytes, size: int) -> bytes:
+    """Return the MAVLink 1 frame with a payload of that size (pymavlink sends extensions too)."""
+    body = bytes([frame[0], size]) + frame[2 : 6 + size]
+    crc = mav.x25crc(body[1:])
+    crc.accumulate(struct.pack("B", mav.mavlink_map[frame[5]].crc_extra))
+    return body + struct.pack("<H", crc.crc)
 
 
 def sign(frame: bytes) -> bytes:
@@ -106,9 +117,7 @@ class Flight:
                 round(-100 * self.vz_sign * climb),
                 round(math.degrees(self.heading) * 100),
             ),
-            mav.MAVLink_vfr_hud_message(
-                0.0, 0.0, 6, 40 if flying else 0, 400 + height, climb
-            ),
+            mav.MAVLink_vfr_hud_message(0.0, 0.0, 6, 40 if flying else 0, 400 + height, climb),
             mav.MAVLink_raw_imu_message(ms * 1000, 3, -2, -1000, 1, 2, 3, 200, 10, 400),
             mav.MAVLink_servo_output_raw_message(
                 (ms * 1000) % 2**32, 0, *([1600 if flying else 1000] * 4), *([0] * 4)

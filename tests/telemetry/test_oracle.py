@@ -93,10 +93,13 @@ def test_no_frame_of_pymavlink_is_missing(name):
 
     ours = Counter(
         (int(s), int(c), int(n), int(q))
-        for s, c, n, q in zip(*(
-            getattr(frames_of(SHARED / name), f)
-            for f in ("system", "component", "number", "sequence")
-        ), strict=True)
+        for s, c, n, q in zip(
+            *(
+                getattr(frames_of(SHARED / name), f)
+                for f in ("system", "component", "number", "sequence")
+            ),
+            strict=True,
+        )
     )
     theirs: Counter = Counter()
     reader = mavutil.mavlogfile(str(SHARED / name))

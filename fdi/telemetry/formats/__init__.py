@@ -8,6 +8,7 @@ mavlink_frames.py   finds frames and damage in the bytes
 mavlink_columns.py  payloads to columns
 mavlink_events.py   modes, arming, texts, parameters
 mavlink_signs.py    which way is up
+mavlink_repeats.py  frames that came twice
 mavlink_quality.py  what was lost
 """
 

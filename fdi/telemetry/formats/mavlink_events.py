@@ -26,6 +26,11 @@ _PARAM_VALUE: Final = 22
 _AUTOPILOT_VERSION: Final = 148
 _STATUSTEXT: Final = 253
 _ARMED: Final = 0x80  # MAV_MODE_FLAG_SAFETY_ARMED
+_STATES: Final = {  # MAV_STATE; ArduPilot is critical while one of its failsafes acts
+    5: "the autopilot reports a critical state",
+    6: "the autopilot reports an emergency",
+    8: "the autopilot terminates the flight",
+}
 _CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in several
 _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
@@ -60,6 +65,10 @@ def _heartbeats(own: Own, line: Timeline, autopilot: str, vehicle: str) -> Itera
     for row in _changes(mode):
         name = mavlink_mode(int(mode[row]), autopilot=autopilot, vehicle=vehicle)
         yield Event(float(t[row]), "mode", name)
+    status = beats.field("system_status")
+    for row in _changes(status):
+        if int(status[row]) in _STATES:
+            yield Event(float(t[row]), "failsafe", _STATES[int(status[row])])
     armed = beats.field("base_mode") & _ARMED != 0
     for row in _changes(armed):
         if row or armed[row]:  # a log that begins disarmed says nothing new
@@ -100,7 +109,8 @@ def parameters(
     sent = own.get(_PARAM_VALUE)
     if sent is None:
         return {}, (), []
-    values = sent.field("param_value").astype(np.float64)
+    with np.errstate(invalid="ignore"):  # signalling NaN
+        values = sent.field("param_value").astype(np.float64)
     if autopilot == "px4":
         values = _bytewise(sent, values)
     times = line.created[sent.rows]
@@ -132,8 +142,11 @@ def _bytewise(sent: Payloads, values: NDArray[np.float64]) -> NDArray[np.float64
     return values
 
 
-def firmware(own: Own, events: list[Event]) -> str | None:
-    """Return the firmware's name and version, from its greeting or AUTOPILOT_VERSION."""
+def firmware(own: Own, events: list[Event], maker: str | None) -> str | None:
+    """Return the firmware's name and version, from its greeting or AUTOPILOT_VERSION.
+
+    ``maker`` is the name to go with a bare version number.
+    """
     for event in events:
         found = _FIRMWARE.search(event.text) if event.kind == "text" else None
         if found:
@@ -142,4 +155,7 @@ def firmware(own: Own, events: list[Event]) -> str | None:
     if version is None or not version.rows.size:
         return None
     number = int(version.field("flight_sw_version")[-1])
-    return f"{number >> 24}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" if number else None
+    if not number:
+        return None
+    bare = f"{number >> 24}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}"
+    return f"{maker} {bare}" if maker else bare

@@ -49,7 +49,7 @@ _DAY_US: Final = 86_400_000_000
 
 @dataclass(frozen=True, slots=True)
 class Damage:
-    """Bytes that belong to no good frame; ``number`` is the message's where a header is readable."""
+    """Bytes that belong to no good frame; ``number`` as its header says, where there is one."""
 
     kind: Literal["lost_bytes", "bad_checksum", "unknown_message", "truncated"]
     offset: int
@@ -241,7 +241,7 @@ def _is_uncovered(frames: _Candidates, good: _Candidates) -> Mask:
 
 
 def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: _Candidates) -> Mask:
-    """Return which frames that join no other have a stamp of this recording (chance hits do not)."""
+    """Return which lone frames have a stamp of this recording (chance hits do not)."""
     if not good.start.size:
         return np.ones(lone.start.size, np.bool_)
     stamps, known = _stamps(data, lone.start), _stamps(data, good.start)
@@ -268,7 +268,7 @@ def _merge(first: _Candidates, second: _Candidates) -> _Candidates:
 def _damage(
     size: int, good: _Candidates, every: _Candidates, checks: FrameChecks
 ) -> tuple[Damage, ...]:
-    """Return what lies between good frames: whole records of unknown kind or wrong checksum, or bytes.
+    """Return what lies between good frames: records of unknown kind or wrong checksum, or bytes.
 
     A record is skipped by its length only where no good frame starts inside: the gaps guarantee it.
     """

@@ -129,5 +129,5 @@ def duplicate_record(messages: Mapping[str, Message]) -> Iterator[QualityRecord]
         most = sorted(left_out, key=lambda key: (-left_out[key], key))[:3]
         names = ", ".join(f"{key} {left_out[key]}" for key in most)
         total = sum(left_out.values())
-        text = f"{total} records have the time of another of their kind: the last one is kept ({names})"
+        text = f"{total} records have the time of another one: the last is kept ({names})"
         yield QualityRecord("duplicate", None, None, None, total, text)

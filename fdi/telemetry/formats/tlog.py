@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
-from fdi.telemetry.catalogue import mavlink_autopilot, mavlink_vehicle
+from fdi.telemetry.catalogue import mavlink_autopilot, mavlink_firmware, mavlink_vehicle
 from fdi.telemetry.clock import Timeline, make_clock, timeline
 from fdi.telemetry.dialect import definition, frame_checks
 from fdi.telemetry.flights import find_flights, flight_events
@@ -37,6 +37,7 @@ from fdi.telemetry.formats.mavlink_quality import (
     link_records,
     lost_frames,
 )
+from fdi.telemetry.formats.mavlink_repeats import without_repeats
 from fdi.telemetry.formats.mavlink_signs import vertical_speed_down
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Message
@@ -44,6 +45,8 @@ from fdi.telemetry.quality import QualityRecord
 
 Ints = NDArray[np.int64]
 Groups = Mapping[tuple[int, int, int], Payloads]  # (system, component, message number)
+
+Identities = Mapping[tuple[int, int], tuple[int, int] | None]  # sender: (type, autopilot)
 
 _SNIFF: Final = 1 << 20  # bytes looked at a time when the format is in question
 _ENOUGH: Final = 3  # frames with a right checksum: by chance one comes in some 80 MB of noise
@@ -54,8 +57,8 @@ _HEARTBEAT: Final = 0
 _WRAP_US: Final = 2**32 / 1e6  # s: 32-bit microseconds, and micros() of ArduPilot until 2019
 _WRAP_MS: Final = 2**32 / 1e3
 _OWN_TIME_SLACK_S: Final = 2.0  # a record's own time further from its neighbours' is another's
-_FIX_SLACK_S: Final = 5.0  # the last fix may be older than its message
 _STALE_FIX_S: Final = 1.0  # a repeated fix older than this says that there is no new one
+_APART_S: Final = 1e-6
 _UTC_US: Final = 1e15  # larger time_usec values are UTC, smaller ones count from boot
 
 
@@ -100,8 +103,10 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     frames = find_frames(data, frame_checks())
     if not frames.start.size:
         raise LogError("holds no MAVLink message with a right checksum", where=path.name)
+    frames, repeats = without_repeats(frames)
     groups = _group(frames)
-    vehicle = _choose(groups, frames, system)
+    known = {sender: _identity(groups, sender) for sender in _senders(groups)}
+    vehicle = _choose(groups, known, system)
     line = _timeline(groups, frames, vehicle)
     messages = _messages(groups, frames, line, vehicle)
     messages, repaired = vertical_speed_down(messages)
@@ -122,6 +127,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *repaired,
         *gap_records(messages),
         *link_records(frames, is_own, line),
+        *repeats,
         *duplicate_record(messages),
     ]
     utc_rows, utc = _utc(own)
@@ -142,9 +148,9 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         make_clock(line, utc_rows, utc, stamps),
         vehicle.vehicle,
         vehicle.autopilot,
-        firmware(own, events),
+        firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle)),
         vehicle.system,
-        tuple(_sources(groups, frames, vehicle)),
+        tuple(_sources(groups, frames, known, vehicle)),
     )
 
 
@@ -195,14 +201,12 @@ def _identity(groups: Groups, sender: tuple[int, int]) -> tuple[int, int] | None
     if beats is None:
         return None
     both = beats.field("type").astype(np.int64) << 8 | beats.field("autopilot")
-    named, count = np.unique(both, return_counts=True)
-    most = int(named[np.argmax(count)])
+    most = int(np.argmax(np.bincount(both)))
     return most >> 8, most & 0xFF
 
 
-def _choose(groups: Groups, frames: Frames, system: int | None) -> _Vehicle:
+def _choose(groups: Groups, known: Identities, system: int | None) -> _Vehicle:
     count = _senders(groups)
-    known = {sender: _identity(groups, sender) for sender in count}
     wanted = {s for s in count if system is None or s[0] == system}
     if not wanted:
         present = ", ".join(str(s) for s in sorted({s for s, _ in count}))
@@ -221,12 +225,14 @@ def _choose(groups: Groups, frames: Frames, system: int | None) -> _Vehicle:
     return _Vehicle(*sender, mavlink_vehicle(kind[0]), mavlink_autopilot(kind[1]))
 
 
-def _sources(groups: Groups, frames: Frames, vehicle: _Vehicle) -> Iterator[Source]:
+def _sources(
+    groups: Groups, frames: Frames, known: Identities, vehicle: _Vehicle
+) -> Iterator[Source]:
     rows: dict[tuple[int, int], list[Ints]] = {}
     for (system, component, _), payloads in groups.items():
         rows.setdefault((system, component), []).append(payloads.rows)
     for sender, parts in sorted(rows.items()):
-        kind = _identity(groups, sender)
+        kind = known[sender]
         own = np.sort(np.concatenate(parts))
         yield Source(
             *sender,
@@ -289,13 +295,20 @@ def _messages(
         for instance, part in _instances(payloads):
             is_own = sender[:2] == (vehicle.system, vehicle.component)
             t, kept = _times(part, line, own=is_own)
-            stamp = (frames.stamp_us[part.rows].astype(np.int64) - zero_us) / 1e6
+            stamp = _stamps(frames.stamp_us[part.rows], zero_us)
             fields = columns(part, autopilot=vehicle.autopilot, vehicle=vehicle.vehicle)
             for array in (t, kept, stamp):
                 array.flags.writeable = False
             message = Message(name, instance, t, stamp, kept, MappingProxyType(fields))
             made[message.key] = message
     return dict(sorted(made.items()))
+
+
+def _stamps(stamp_us: NDArray[np.uint64], zero_us: int) -> NDArray[np.float64]:
+    """Return the recorder's stamps as they are, s since the file's first record."""
+    signed = np.minimum(stamp_us, np.uint64(2**62)).astype(np.int64)
+    since: NDArray[np.float64] = (signed - zero_us) / 1e6
+    return since
 
 
 def _instances(payloads: Payloads) -> Iterator[tuple[int | None, Payloads]]:
@@ -320,8 +333,13 @@ def _times(payloads: Payloads, line: Timeline, *, own: bool) -> tuple[NDArray[np
             t, every = _from_microseconds(payloads, line)
     rows = np.flatnonzero(every)
     rows = rows[np.argsort(t[rows], kind="stable")]
-    is_last = np.diff(t[rows], append=np.inf) > 0
-    return t[rows][is_last], rows[is_last]
+    t = t[rows]
+    if not (payloads.has("time_boot_ms") or payloads.has("time_usec")):
+        # what arrived at one moment (parameters, texts) is not one record: a microsecond apart
+        spread = np.arange(t.size) * _APART_S
+        t = np.maximum.accumulate(t - spread) + spread
+    is_last = np.diff(t, append=np.inf) > 0
+    return t[is_last], rows[is_last]
 
 
 def _from_microseconds(
@@ -336,10 +354,11 @@ def _from_microseconds(
     micros = payloads.field("time_usec")
     is_fix = payloads.definition.name in ("GPS_RAW_INT", "GPS2_RAW")
     said = np.where(micros > _UTC_US, np.nan, micros / 1e6)
-    slack = _FIX_SLACK_S if is_fix else _OWN_TIME_SLACK_S
+    slack = _WRAP_US if is_fix else _OWN_TIME_SLACK_S
     t = line.from_boot(payloads.rows, said, wrap=_WRAP_US, slack=slack)
     if not is_fix:
         return t, np.ones(t.size, np.bool_)
-    is_new = np.diff(micros.astype(np.int64), prepend=-1) != 0
-    is_stale = created - t > _STALE_FIX_S
+    is_new = np.concatenate(([True], micros[1:] != micros[:-1]))
+    since = created - created[np.maximum.accumulate(np.where(is_new, np.arange(t.size), 0))]
+    is_stale = np.maximum(created - t, since) > _STALE_FIX_S
     return np.where(is_new & ~is_stale, t, created), is_new | is_stale

@@ -1,0 +1,13 @@
+"""Parses the command line, calls the stages, prints what they say.
+
+Given the words a person typed; sought the call they mean, such that every mistake is told in one
+line with the right exit code. Words -> exit code.
+
+- ``main.py``: the entry ``fdi``, and what an exception means to the shell
+- ``analyze.py``, ``info.py``, ``structure.py``: one command each
+- ``output.py``: standard output and error, progress
+"""
+
+from fdi.cli.main import main
+
+__all__ = ["main"]

@@ -1,0 +1,157 @@
+"""The command ``fdi analyze``: the whole chain on one log."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import rich_click as click
+
+from fdi.cli.output import answer, complain, progress_bar, show
+from fdi.errors import UsageError
+
+if TYPE_CHECKING:
+    from fdi.result import Analysis
+
+
+def read_window(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> tuple[float, float] | None:
+    """Return the two ends of ``A:B``, s of the log's clock."""
+    if value is None:
+        return None
+    low, _, high = value.partition(":")
+    try:
+        ends = float(low), float(high)
+    except ValueError:
+        ends = (1.0, 0.0)
+    if not ends[0] <= ends[1] or not all(abs(end) < 1e12 for end in ends):
+        raise click.BadParameter(
+            f"{value!r} is not two ascending times in seconds, such as 120:180", context, option
+        )
+    return ends
+
+
+def read_rate(context: click.Context, option: click.Parameter, value: str) -> float | None:
+    """Return the rate in Hz, None for ``auto``."""
+    if value == "auto":
+        return None
+    try:
+        rate = float(value)
+    except ValueError:
+        rate = 0.0
+    if not 0 < rate <= 1000:
+        raise click.BadParameter(
+            f"{value!r} is neither 'auto' nor a rate from 0 to 1000 Hz", context, option
+        )
+    return rate
+
+
+@click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
+@click.argument("logs", metavar="LOG", nargs=-1, required=True)
+@click.option("--model", default="auto", metavar="NAME|FILE|auto", help="Airframe model.")
+@click.option("--policy", default="default", metavar="default|paper|FILE", help="The recipe.")
+@click.option(
+    "--window",
+    metavar="A:B",
+    callback=read_window,
+    help="Seconds of the log's clock, both ends included.",
+)
+@click.option(
+    "--rate", metavar="HZ|auto", default="auto", callback=read_rate, help="Samples a second."
+)
+@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder; by default LOG.fdi/ here.",
+)
+@click.option(
+    "--format", "formats", metavar="html,json,...", help="Only these files of the report."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
+@click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
+@click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
+@click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
+@click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
+@click.option("--no-progress", is_flag=True, help="No progress bar.")
+def analyze(
+    logs: Sequence[str],
+    model: str,
+    policy: str,
+    window: tuple[float, float] | None,
+    rate: float | None,
+    system: int | None,
+    out: Path | None,
+    formats: str | None,
+    as_json: bool,
+    check: bool,
+    force: bool,
+    quiet: bool,
+    verbose: bool,
+    no_progress: bool,
+) -> int:
+    """Find out which component failed first in the flight that LOG recorded.
+
+    Writes a folder with report.html, analysis.json, tables and figures, and prints the verdict.
+    """
+    if len(logs) > 1:
+        raise UsageError(
+            f"{len(logs)} logs are given, this version analyses one", hint="call it once for each"
+        )
+    if quiet and verbose:
+        raise UsageError("--quiet and --verbose exclude each other")
+    if as_json and formats is not None and out is None:
+        raise UsageError("--json writes no files for --format", hint="name a folder with --out")
+    from fdi.report.files import chosen
+
+    wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
+    folder = out if out is not None or as_json else Path(f"{Path(logs[0]).stem}.fdi")
+    if folder is not None:
+        from fdi.report import check_folder
+
+        check_folder(folder, force=force)
+    with progress_bar(not (quiet or no_progress)) as progress:
+        from fdi.analysis import analyze as run
+
+        found = run(
+            logs[0],
+            model=model,
+            policy=policy,
+            window=window,
+            rate=rate,
+            system=system,
+            command=["fdi", *sys.argv[1:]],
+            progress=progress,
+        )
+        if folder is not None:
+            if progress:
+                progress("report", 0.95)
+            found.report(folder, wanted, force=force)
+    _tell(found, folder, as_json=as_json, quiet=quiet, verbose=verbose)
+    return 1 if check and found.findings else 0
+
+
+def _tell(
+    found: Analysis, folder: Path | None, *, as_json: bool, quiet: bool, verbose: bool
+) -> None:
+    for line in found.warnings if not quiet else ():
+        complain(f"fdi: warning: {line}")
+    if verbose:
+        for stage, seconds in found.timings.items():
+            complain(f"fdi: {stage} took {seconds:.2f} s")
+    if as_json:
+        from fdi.report import json_text
+
+        answer(json_text(found.document()))
+    elif quiet:
+        from fdi.report.words import clean
+
+        answer(f"{clean(found.verdict)}\n")
+    else:
+        from fdi.report.text import parts
+
+        show(parts(found, folder))

@@ -1,0 +1,27 @@
+"""The command ``fdi info``: what is in a log?"""
+
+from __future__ import annotations
+
+import rich_click as click
+
+from fdi.cli.output import answer, show
+
+
+@click.command(epilog="Example: fdi info flight.tlog --json")
+@click.argument("log", metavar="LOG")
+@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+def info(log: str, system: int | None, as_json: bool) -> int:
+    """Say what is in LOG: vehicle, flights, what happened, messages with rates, damage."""
+    from fdi.telemetry import read
+
+    found = read(log, system=system)
+    if as_json:
+        from fdi.report import json_text, log_document
+
+        answer(json_text(log_document(found)))
+    else:
+        from fdi.report import log_summary
+
+        show(log_summary(found))
+    return 0

@@ -1,0 +1,58 @@
+"""The command ``fdi structure``: what can a model show, with what telemetry?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import rich_click as click
+
+from fdi.cli.output import answer, complain, show
+from fdi.errors import UsageError
+
+PICTURES: Final = ("png", "svg", "pdf")
+
+
+@click.command(epilog="Example: fdi structure fixed_wing --log flight.tlog --figure matrix.svg")
+@click.argument("model", metavar="MODEL")
+@click.option("--log", metavar="LOG", help="Only the channels in this log count as present.")
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@click.option(
+    "--figure",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
+)
+def structure(model: str, log: str | None, as_json: bool, figure: Path | None) -> int:
+    """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
+    kind = figure.suffix.lower().lstrip(".") if figure is not None else ""
+    if figure is not None and kind not in PICTURES:
+        raise UsageError(
+            f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
+        )
+    from fdi.model import load_airframe
+    from fdi.report.model_document import model_document, study
+    from fdi.telemetry import read
+
+    airframe = load_airframe(model)
+    recorded = None if log is None else read(log)
+    name = None if recorded is None else recorded.name
+    found = study(airframe, airframe.observe(recorded), name)
+    if figure is not None:
+        from fdi.report import write_file
+        from fdi.report.figures import isolability_figure
+        from fdi.report.style import image
+
+        title = f"Isolability of {airframe.name}"
+        write_file(figure, image(isolability_figure(found.implementable, title), kind))
+    if as_json:
+        from fdi.report import json_text
+
+        for line in found.system.warnings:
+            complain(f"fdi: warning: {line}")
+        answer(json_text(model_document(found)))
+    else:
+        from fdi.report import model_summary
+
+        show(model_summary(found))
+    return 0

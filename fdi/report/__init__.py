@@ -1,0 +1,38 @@
+"""Tells people and programs what an analysis found.
+
+Given an ``Analysis``; sought texts, figures, tables and files, such that nothing the analysis knows
+is left out and nothing is said that it does not know. ``Analysis`` -> folder, text, figure.
+
+- ``folder.py``: the report's folder, written whole or not at all
+- ``files.py``: which files it holds, and what is in each
+- ``text.py``: the analysis for a terminal; ``log_text.py``, ``model_text.py``: a log, a model
+- ``html.py`` and ``templates/``: one page to hand over
+- ``figures.py``: fault grid and isolability matrix; ``evidence.py``: the curves behind a finding
+- ``style.py``: what all figures have in common
+- ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
+- ``log_document.py``, ``model_document.py``: what ``fdi info`` and ``fdi structure`` give as JSON
+- ``words.py``: times, numbers and foreign text as a person reads them
+"""
+
+from fdi.report.files import FORMATS
+from fdi.report.folder import check_folder, write_file, write_report
+from fdi.report.json_text import json_text
+from fdi.report.log_document import log_document
+from fdi.report.log_text import log_summary
+from fdi.report.model_document import model_document
+from fdi.report.model_text import model_summary
+from fdi.report.text import print_summary, summary
+
+__all__ = [
+    "FORMATS",
+    "check_folder",
+    "json_text",
+    "log_document",
+    "log_summary",
+    "model_document",
+    "model_summary",
+    "print_summary",
+    "summary",
+    "write_file",
+    "write_report",
+]

@@ -1,0 +1,152 @@
+"""What can a model show with given telemetry? What ``fdi structure --json`` says.
+
+In: a system with its bank of MTES. Out: plain values as ``interfaces`` promises them: counts,
+detectability, isolability by the implementable generators and by structure alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fdi import structure
+from fdi.diagnosis import Isolability
+from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
+from fdi.errors import ModelError, UsageError
+from fdi.model import Airframe, System
+from fdi.residuals import Bank
+from fdi.residuals.cache import cached_bank
+
+SCHEMA_VERSION: Final = 1
+MSO_LIMIT: Final = 2000
+"""More MSO sets in a graph component are not counted: their number grows exponentially, and 2,000
+of a quadcopter's largest component take a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelStudy:
+    """What a model can show with given telemetry.
+
+    Attributes
+    ----------
+    bank : Bank
+        Of the MTES alone, as all counts are.
+    mso, cross_checks : int or None
+        How many MSO sets there are, and how many generators the default policy adds; None where
+        there are too many to count.
+    log_name : str or None
+        The log whose channels count as present; None: all do.
+    """
+
+    airframe: Airframe
+    system: System
+    bank: Bank
+    implementable: Isolability
+    structural: Isolability
+    redundancy: int
+    graph_components: int
+    mso: int | None
+    cross_checks: int | None
+    log_name: str | None
+
+    @property
+    def mtes(self) -> int:
+        """Return how many MTES there are, implementable or not."""
+        return len(self.bank.generators) + len(self.bank.not_implementable)
+
+    @property
+    def restricted(self) -> int:
+        """Return how many generators match no non-invertible edge."""
+        return sum(generator.restricted for generator in self.bank.generators)
+
+
+def study(airframe: Airframe, system: System, log_name: str | None = None) -> ModelStudy:
+    """Return what a model can show with the telemetry that a system stands for.
+
+    Raises
+    ------
+    ModelError
+        It has too many MTES.
+    """
+    bank, cross_checks = _bank(system)
+    model = system.structure()
+    return ModelStudy(
+        airframe=airframe,
+        system=system,
+        bank=bank,
+        implementable=implementable_isolability(bank),
+        structural=structural_isolability(system),
+        redundancy=structure.decompose(model).redundancy,
+        graph_components=len(structure.graph_components(model)),
+        mso=_count_mso(model),
+        cross_checks=cross_checks,
+        log_name=log_name,
+    )
+
+
+def _count_mso(model: structure.Model) -> int | None:
+    total = 0
+    components = structure.graph_components(model)
+    for component in sorted(components, key=lambda part: -part.redundancy):
+        part = structure.submodel(model, component.equations)
+        try:
+            total += sum(1 for _ in structure.mso_sets(part, limit=MSO_LIMIT))
+        except UsageError:
+            return None
+    return total
+
+
+def _bank(system: System) -> tuple[Bank, int | None]:
+    """Return the bank of MTES, and how many generators the cross-checks add to it.
+
+    The default policy's bank holds the MTES first, and a former analysis may have kept it.
+    """
+    try:
+        whole = cached_bank(system, "mtes+cross_checks")
+    except ModelError:
+        return cached_bank(system, "mtes"), None
+    own = tuple(g for g in whole.generators if g.origin == "mtes")
+    refused = tuple(r for r in whole.not_implementable if r.origin == "mtes")
+    bank = Bank(system, whole.nodes, own, refused)
+    return bank, len(whole.generators) - len(own)
+
+
+def model_document(found: ModelStudy) -> dict[str, Any]:
+    """Return what a model can show as plain values."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "model": {
+            "name": found.airframe.name,
+            "sha256": found.airframe.sha256,
+            "description": found.airframe.description,
+            "log": found.log_name,
+        },
+        "structure": {
+            "equations": len(found.system.equations),
+            "unknowns": len(found.system.unknowns),
+            "faults": len(found.system.faults),
+            "redundancy": found.redundancy,
+            "graph_components": found.graph_components,
+            "residual_generators": len(found.bank.generators),
+            **_isolability(found.implementable),
+            "structural": _isolability(found.structural),
+            "mtes": found.mtes,
+            "mso": found.mso,
+            "restricted_generators": found.restricted,
+            "cross_checks": found.cross_checks,
+        },
+        "warnings": list(found.system.warnings),
+    }
+
+
+def _isolability(value: Isolability) -> dict[str, Any]:
+    seen = list(zip(value.faults, value.detectable, strict=True))
+    return {
+        "detectable": [name for name, is_seen in seen if is_seen],
+        "undetectable": [name for name, is_seen in seen if not is_seen],
+        "isolability": {
+            "faults": list(value.faults),
+            "rows": ["".join("1" if cell else "0" for cell in row) for row in value.matrix],
+        },
+        "not_isolable_groups": [list(group) for group in value.groups],
+    }

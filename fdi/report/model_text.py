@@ -1,0 +1,133 @@
+"""What does a terminal say about a model? The page of ``fdi structure``.
+
+In: a study of a model. Out: parts for a console: how large it is, what it can show, what it cannot
+and why, what cannot be told apart, and which tests cannot be implemented and why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final
+
+from fdi import structure
+from fdi.report.model_document import ModelStudy
+from fdi.report.text import heading, table, text
+from fdi.report.words import clean, plural, shortened
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+MOST_REASONS: Final = 12
+
+
+def model_summary(found: ModelStudy) -> Iterator[RenderableType]:
+    """Yield what a terminal shows of a model."""
+    yield text(found.airframe.name, "bold")
+    if found.airframe.description:
+        yield text(found.airframe.description)
+    source = f"the channels of {found.log_name}" if found.log_name else "every measurement present"
+    yield text(f"with {source}; sha256 {found.airframe.sha256[:16]}…")
+    yield from _counts(found)
+    yield from _undetectable(found)
+    yield from _groups(found)
+    yield from _not_implementable(found)
+    for line in found.system.warnings:
+        yield text(f"warning: {line}", "yellow")
+
+
+def _counts(found: ModelStudy) -> Iterator[RenderableType]:
+    seen = int(found.implementable.detectable.sum())
+    promised = int(found.structural.detectable.sum())
+    rows = [
+        ("equations", len(found.system.equations), "measurements and limits among them"),
+        ("unknowns", len(found.system.unknowns), ""),
+        ("faults", len(found.system.faults), ""),
+        ("redundancy", found.redundancy, "of the overdetermined part"),
+        ("graph components", found.graph_components, "of the overdetermined part"),
+        ("MSO", _count(found.mso), "minimal overdetermined sets"),
+        ("MTES", found.mtes, "minimal test supports"),
+        ("residual generators", len(found.bank.generators), "that implement an MTES"),
+        ("  restricted", found.restricted, "with no non-invertible edge matched"),
+        ("cross-checks", _count(found.cross_checks), "that the default policy adds"),
+        ("detectable", seen, f"by structure alone {promised}"),
+    ]
+    made = table("", "", "")
+    made.show_header = False
+    made.columns[1].justify = "right"
+    for name, value, note in rows:
+        made.add_row(text(name), text(value), text(note, "dim"))
+    yield text("")
+    yield made
+
+
+def _count(value: int | None) -> str:
+    return "too many" if value is None else str(value)
+
+
+def _undetectable(found: ModelStudy) -> Iterator[RenderableType]:
+    reasons = why_undetectable(found)
+    yield heading(f"{plural(len(reasons), 'fault')} cannot be detected")
+    if not reasons:
+        return
+    by_reason: dict[str, list[str]] = {}
+    for fault, reason in reasons.items():
+        by_reason.setdefault(reason, []).append(fault)
+    made = table("fault", "why")
+    for reason, faults in by_reason.items():
+        made.add_row(text(shortened(faults, 8)), text(reason))
+    yield made
+
+
+def why_undetectable(found: ModelStudy) -> Mapping[str, str]:
+    """Return for every undetectable fault why no residual generator sees it."""
+    system = found.system
+    under = set(structure.decompose(system.structure()).under.equations)
+    result = {}
+    for place, fault in enumerate(system.faults):
+        if found.implementable.detectable[place]:
+            continue
+        if found.structural.detectable[place]:
+            sets = [s for s in found.bank.not_implementable if fault.name in s.faults]
+            why = (
+                f"no test that holds it can be implemented: {sets[0].why}"
+                if sets
+                else ("no minimal test holds it")
+            )
+        else:
+            names = ", ".join(system.equations[fault.equation].edges)
+            short = (
+                "more unknowns than equations" if fault.equation in under else "nothing to spare"
+            )
+            why = f"nothing else says what {names} must be ({short})"
+        result[fault.name] = clean(why)
+    return result
+
+
+def _groups(found: ModelStudy) -> Iterator[RenderableType]:
+    groups = found.implementable.groups
+    if not groups:
+        yield heading("Every detectable fault can be told from every other")
+        return
+    yield heading(f"{plural(len(groups), 'group')} of faults that cannot be told apart")
+    made = table("faults", "count")
+    for group in groups:
+        made.add_row(text(shortened(group, 12)), text(len(group)))
+    yield made
+
+
+def _not_implementable(found: ModelStudy) -> Iterator[RenderableType]:
+    refused = found.bank.not_implementable
+    if not refused:
+        return
+    reasons: dict[str, int] = {}
+    for item in refused:
+        reasons[item.why] = reasons.get(item.why, 0) + 1
+    yield heading(f"{plural(len(refused), 'MTES', 'MTES')} without a residual generator")
+    made = table("count", "why")
+    made.columns[0].justify = "right"
+    ordered = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
+    for why, count in ordered[:MOST_REASONS]:
+        made.add_row(text(count), text(why))
+    yield made
+    if len(ordered) > MOST_REASONS:
+        yield text(f"  and {plural(len(ordered) - MOST_REASONS, 'further reason')}", "dim")

@@ -1,0 +1,102 @@
+"""What do the tables of a report hold? CSV and Parquet.
+
+In: an analysis. Out: bytes. Text cells that a spreadsheet would run as a formula are quoted by an
+apostrophe; numbers carry nine significant digits.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from fdi.diagnosis.explain import residual_unit
+from fdi.diagnosis.values import UNKNOWN
+from fdi.result import Analysis
+
+FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")
+"""A cell that begins so is a formula to a spreadsheet (OWASP, CSV injection)."""
+
+
+def cell(value: str | float | int | None) -> str:
+    """Return a value as the text of a CSV cell; unknown is empty.
+
+    Examples
+    --------
+    >>> cell("=HYPERLINK(1)"), cell(-1.5), cell(None), cell("GPS_RAW_INT.alt")
+    ("'=HYPERLINK(1)", '-1.5', '', 'GPS_RAW_INT.alt')
+    """
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(FORMULA) else value
+    return f"{value:.9g}" if math.isfinite(value) else ""
+
+
+def csv_text(rows: Iterable[Sequence[str | float | int | None]]) -> str:
+    """Return rows as CSV with line feeds."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerows([cell(value) for value in row] for row in rows)
+    return out.getvalue()
+
+
+def fault_grid_csv(analysis: Analysis) -> str:
+    """Return the fault grid: column ``t``, a column per fault with 0, 1 or nothing."""
+    grid = analysis.diagnosis.grid
+    rows: list[list[str | float | int | None]] = [["t", *grid.faults]]
+    for t, marks in zip(grid.t.tolist(), grid.marks.T.tolist(), strict=True):
+        rows.append([t, *(None if mark == UNKNOWN else mark for mark in marks)])
+    return csv_text(rows)
+
+
+def isolability_csv(analysis: Analysis) -> str:
+    """Return the matrix: 1 where the fault of the row is isolable from that of the column."""
+    value = analysis.diagnosis.implementable
+    matrix = value.matrix.astype(int).tolist()
+    body = [[name, *row] for name, row in zip(value.faults, matrix, strict=True)]
+    return csv_text([["fault", *value.faults], *body])
+
+
+def residuals_parquet(analysis: Analysis) -> bytes:
+    """Return the residuals, index ``t`` in s, a column per residual; metadata in the schema."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.Table.from_pandas(analysis.residuals, preserve_index=True)
+    own = _column_metadata(analysis)
+    schema = pa.schema(
+        [column.with_metadata(own.get(column.name, {})) for column in table.schema],
+        metadata={
+            **(table.schema.metadata or {}),
+            b"fdi": json.dumps(
+                {
+                    "tool": {"name": "uav-fdi", "version": analysis.version},
+                    "log": {"name": analysis.log.name, "sha256": analysis.log.sha256},
+                    "model": {"name": analysis.airframe.name, "sha256": analysis.airframe.sha256},
+                }
+            ).encode(),
+        },
+    )
+    out = io.BytesIO()
+    pq.write_table(table.cast(schema), out, compression="zstd")
+    return out.getvalue()
+
+
+def _column_metadata(analysis: Analysis) -> dict[str, dict[bytes, bytes]]:
+    system = analysis.system
+    found: dict[str, dict[bytes, bytes]] = {"t": {b"unit": b"s"}}
+    for generator in analysis.bank.generators:
+        unit = residual_unit(analysis.bank, system.equations[generator.residual])
+        found[generator.id] = {
+            b"unit": unit.encode(),
+            b"equations": json.dumps(
+                [system.equations[i].name for i in generator.equations]
+            ).encode(),
+            b"residual_equation": system.equations[generator.residual].name.encode(),
+            b"signature": json.dumps(list(generator.faults)).encode(),
+        }
+    return found

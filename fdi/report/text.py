@@ -1,0 +1,218 @@
+"""What does a terminal say about an analysis?
+
+In: an analysis. Out: text of a given width, in colour only where a terminal shows it. The answer
+comes first, then what speaks for it, what follows from it, what is ruled out, what could not be
+tested, and how good the data are.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from fdi.diagnosis import Finding
+from fdi.report.words import at, clean, into_flight, log_time, per_cent, plural, size
+from fdi.result import Analysis
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.table import Table
+    from rich.text import Text
+
+WIDTH: Final = 100
+MOST_FINDINGS: Final = 20
+MOST_LINES: Final = 8
+"""Of a list that the report holds whole."""
+
+
+def summary(analysis: Analysis, *, width: int = WIDTH, folder: Path | None = None) -> str:
+    """Return the summary as plain text.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    width : int
+        Letters on a line.
+    folder : Path, optional
+        Where the report was written.
+    """
+    from rich.console import Console
+
+    out = io.StringIO()
+    console = Console(file=out, width=width, color_system=None, force_terminal=False, emoji=False)
+    print_summary(analysis, console, folder=folder)
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
+
+
+def print_summary(analysis: Analysis, console: Console, *, folder: Path | None = None) -> None:
+    """Print the summary on a console of rich, which knows whether it may use colour."""
+    for part in parts(analysis, folder):
+        console.print(part, highlight=False)
+
+
+def text(content: object, style: str = "") -> Text:
+    """Return foreign text for rich: cleaned, and never read as markup."""
+    from rich.text import Text
+
+    return Text(clean(content), style=style)
+
+
+def heading(title: str) -> Text:
+    """Return the heading of a section, with a blank line before it."""
+    from rich.text import Text
+
+    return Text("\n" + clean(title), style="bold")
+
+
+def table(*columns: str) -> Table:
+    """Return an empty table in the style of the house."""
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, 1))
+    for name in columns:
+        made.add_column(text(name), overflow="fold")
+    return made
+
+
+def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[RenderableType]:
+    """Yield the parts of the summary, for a console of rich."""
+    yield from _head(analysis)
+    yield from _findings(analysis)
+    yield from _consequences(analysis)
+    yield from _ruled_out(analysis)
+    yield from _not_testable(analysis)
+    yield from _data(analysis)
+    if folder is not None:
+        yield heading("Report")
+        yield text(f"  {folder}/")
+
+
+def _head(analysis: Analysis) -> Iterator[RenderableType]:
+    log = analysis.log
+    about = [log.format, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
+    flights = plural(len(log.flights), "flight")
+    yield text(log.name, "bold")
+    yield text(f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flights}")
+    tests = plural(len(analysis.bank.generators), "test")
+    yield text(
+        f"fdi {analysis.version}, model {analysis.airframe.name}, "
+        f"policy {analysis.policy.name}, {tests}"
+    )
+    yield text("")
+    yield text(analysis.verdict, "bold red" if analysis.findings else "bold")
+
+
+def _findings(analysis: Analysis) -> Iterator[RenderableType]:
+    if not analysis.findings:
+        return
+    yield heading("Accused, causes before effects (with confidence, and since when)")
+    for finding in analysis.findings[:MOST_FINDINGS]:
+        yield _line(finding, analysis)
+        yield _indented(said(finding), 5)
+    left = len(analysis.findings) - MOST_FINDINGS
+    if left > 0:
+        yield text(f"  and {plural(left, 'further finding')}, see the report")
+    yield text(
+        "  Confidence is the share of the evidence that speaks for the component; not calibrated.",
+        "dim",
+    )
+
+
+def _line(finding: Finding, analysis: Analysis) -> RenderableType:
+    """Return who is accused, since when, and how sure that is, with its parts in columns."""
+    from rich.table import Table
+
+    names = [len(other.component) for other in analysis.findings[:MOST_FINDINGS]]
+    made = Table.grid(padding=(0, 2))
+    made.add_column(width=3, justify="right")
+    made.add_column(width=min(max(names), 28), overflow="fold")
+    made.add_column(width=5, justify="right")
+    made.add_column(overflow="fold")
+    made.add_row(
+        text(finding.rank),
+        text(finding.component, "bold"),
+        text(per_cent(finding.confidence)),
+        text(onset(finding, analysis)),
+    )
+    return made
+
+
+def onset(finding: Finding, analysis: Analysis) -> str:
+    """Return when a finding began, as a person tells it and on the clocks."""
+    when = into_flight(finding.onset, analysis.log, finding.flight)
+    return f"{when} ({log_time(finding.onset, analysis.log)})"
+
+
+def said(finding: Finding) -> str:
+    """Return what speaks for a finding, and what explains the same alarms as well."""
+    twins = (
+        f"; cannot be told from {', '.join(finding.inseparable_from)}"
+        if finding.inseparable_from
+        else ""
+    )
+    return finding.evidence.text + twins
+
+
+def _consequences(analysis: Analysis) -> Iterator[RenderableType]:
+    yield from _list(
+        "What follows from it",
+        [f"{item.text} (log {at(item.onset)} s)" for item in analysis.diagnosis.consequences],
+    )
+
+
+def _ruled_out(analysis: Analysis) -> Iterator[RenderableType]:
+    names = [item.component for item in analysis.diagnosis.ruled_out]
+    if names:
+        yield heading("Ruled out: their tests ran and stayed quiet")
+        yield _indented(", ".join(names))
+
+
+def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
+    reasons: dict[str, list[str]] = {}
+    for item in analysis.diagnosis.not_testable:
+        reasons.setdefault(item.text, []).append(item.component)
+    yield from _list(
+        "Not testable with this telemetry",
+        [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()],
+    )
+
+
+def _data(analysis: Analysis) -> Iterator[RenderableType]:
+    records = analysis.log.quality
+    if records:
+        kinds: dict[str, int] = {}
+        for record in records:
+            kinds[record.kind] = kinds.get(record.kind, 0) + 1
+        told = ", ".join(f"{kind} {count}" for kind, count in kinds.items())
+        yield from _list(f"The data ({told})", [quality_line(record) for record in records])
+    else:
+        yield heading("The data")
+        yield text("  nothing lost, nothing repaired")
+    yield from _list("Warnings", analysis.warnings)
+
+
+def quality_line(record: object) -> str:
+    """Return a finding about the data on one line."""
+    channel, start = getattr(record, "channel", None), getattr(record, "start", None)
+    where = f"{channel}: " if channel else ""
+    when = f" (log {at(start)} s)" if start is not None else ""
+    return f"{where}{getattr(record, 'text', '')}{when}"
+
+
+def _indented(line: str, by: int = 2) -> RenderableType:
+    from rich.padding import Padding
+
+    return Padding(text(line), (0, 0, 0, by), expand=False)
+
+
+def _list(title: str, lines: Sequence[str], most: int = MOST_LINES) -> Iterator[RenderableType]:
+    if not lines:
+        return
+    yield heading(title)
+    for line in lines[:most]:
+        yield _indented(line)
+    if len(lines) > most:
+        yield text(f"  and {len(lines) - most} more", "dim")

@@ -1,0 +1,163 @@
+"""How are times, numbers and foreign text written for a person?
+
+In: seconds of the log's clock, SI values, text from a log or model. Out: short plain text. Logs and
+models come from strangers: whatever is shown passes through :func:`clean` first.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from fdi.telemetry import Flight, Log
+
+_UNSEEN: Final = re.compile(
+    # C0 and C1 but for the line feed, marks that turn the reading direction, lone surrogates
+    r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]"
+)
+
+
+def clean(text: object) -> str:
+    r"""Return a text without control characters, on one line.
+
+    Examples
+    --------
+    >>> clean("Crash\x1b[31m\nnow")
+    'Crash[31m now'
+    """
+    return _UNSEEN.sub("", str(text)).replace("\n", " ")
+
+
+def span(seconds: float) -> str:
+    """Return a length of time, in minutes above one.
+
+    Examples
+    --------
+    >>> span(7.26), span(127.04), span(3725)
+    ('7.3 s', '2 min 07.0 s', '1 h 02 min 05 s')
+    """
+    tenths = round(abs(seconds) * 10)
+    if tenths < 600:
+        return f"{tenths / 10:.1f} s"
+    if tenths < 36000:
+        return f"{tenths // 600} min {tenths % 600 / 10:04.1f} s"
+    whole = round(abs(seconds))
+    return f"{whole // 3600} h {whole % 3600 // 60:02d} min {whole % 60:02d} s"
+
+
+def at(t: float | None) -> str:
+    """Return a time of the log's clock to a tenth of a second.
+
+    Examples
+    --------
+    >>> at(-0.04), at(12.25), at(None)
+    ('0.0', '12.2', '–')
+    """
+    return "–" if t is None else f"{round(t, 1) + 0.0:.1f}"
+
+
+def unit(name: str) -> str:
+    """Return a unit as it stands behind a number; a plain number has none."""
+    return "" if name == "1" else clean(name)
+
+
+def into_flight(t: float, log: Log, number: int | None = None) -> str:
+    """Return a time as a person tells it: so long into the flight.
+
+    Parameters
+    ----------
+    t : float
+        s of the log's clock.
+    number : int, optional
+        The flight, from 0; by default the one that holds the time.
+    """
+    flight = _flight(t, log.flights, number)
+    if flight is None:
+        return f"{span(t)} into the log"
+    start = flight.start if flight.takeoff is None else flight.takeoff
+    since = "take-off" if flight.takeoff is not None else "the start of the flight"
+    if t < start:
+        return f"{span(start - t)} before {since}"
+    which = f" {log.flights.index(flight) + 1}" if len(log.flights) > 1 else ""
+    return (
+        f"{span(t - start)} into flight{which}" if which else f"{span(t - start)} into the flight"
+    )
+
+
+def _flight(t: float, flights: Sequence[Flight], number: int | None) -> Flight | None:
+    if number is not None and number < len(flights):
+        return flights[number]
+    return next((flight for flight in flights if flight.start <= t <= flight.end), None)
+
+
+def log_time(t: float, log: Log) -> str:
+    """Return a time of the log's clock, with UTC where it is known."""
+    utc = log.clock.utc(t)
+    return f"log {at(t)} s" + (f", {utc[:10]} {utc[11:21]} UTC" if utc else "")
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Return a number with so many significant digits, a dash where it is unknown.
+
+    Examples
+    --------
+    >>> number(0.123456), number(None), number(12345.6), number(3.0)
+    ('0.1235', '–', '12346', '3')
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    if 10.0 ** (digits - 1) <= abs(value) < 1e7:
+        return f"{value:.0f}"
+    return f"{value:.{digits}g}"
+
+
+def size(count: int) -> str:
+    """Return a number of bytes.
+
+    Examples
+    --------
+    >>> size(512), size(5_500_000)
+    ('512 bytes', '5.5 MB')
+    """
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if count >= scale:
+            return f"{count / scale:.1f} {unit}"
+    return f"{count} bytes"
+
+
+def plural(count: int, noun: str, nouns: str = "") -> str:
+    """Return a count with its noun.
+
+    Examples
+    --------
+    >>> plural(1, "fault"), plural(3, "fault"), plural(2, "entry", "entries")
+    ('1 fault', '3 faults', '2 entries')
+    """
+    return f"{count} {noun if count == 1 else nouns or noun + 's'}"
+
+
+def per_cent(share: float) -> str:
+    """Return a share of one as a percentage.
+
+    Examples
+    --------
+    >>> per_cent(0.534)
+    '53 %'
+    """
+    return f"{share * 100:.0f} %"
+
+
+def shortened(names: Sequence[str], most: int) -> str:
+    """Return names with commas, the first of them and how many more there are.
+
+    Examples
+    --------
+    >>> shortened(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    shown = ", ".join(clean(name) for name in names[:most])
+    more = len(names) - most
+    return f"{shown} and {more} more" if more > 0 else shown

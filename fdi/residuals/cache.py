@@ -1,0 +1,138 @@
+"""Was the bank of this very system compiled before?
+
+In: a system and the choice of tests. Out: its bank, from an earlier process where one compiled the
+same. The key covers what a bank depends on: the equations with their edges, costs, conditions and
+faults, which unknowns may be negative, what a condition can read. Parameter values, tolerances,
+accuracies and units are not in it, so that two logs of one vehicle share a bank. What is read back
+is checked: every index, name and kind that evaluation relies on.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Final
+
+from fdi import store
+from fdi.model.codec import decode, encode
+from fdi.model.expression import Apply, Expression, symbols, walk
+from fdi.model.parts import STATES
+from fdi.model.system import System
+from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
+from fdi.residuals.build import MAX_SETS, Tests, build_bank
+
+KIND: Final = "bank"
+MAX_ROOTS: Final = 64
+
+
+def cached_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
+    """Return the bank of a system, from the user's cache where it is there; see `build_bank`."""
+    key = store.digest(KIND, tests, _depends_on(system))
+    tree = store.fetch(KIND, key)
+    bank = _read_bank(system, tree) if tree is not None else None
+    if bank is None:
+        bank = build_bank(system, tests)
+        store.keep(KIND, key, [encode(p) for p in _parts(bank)])
+    return bank
+
+
+def _parts(bank: Bank) -> tuple[Any, ...]:
+    return bank.nodes, bank.generators, bank.not_implementable
+
+
+def _depends_on(system: System) -> str:
+    equations = [
+        [
+            e.name,
+            e.kind.value,
+            encode(e.left),
+            encode(e.right),
+            dict(e.edges),
+            encode(e.when),
+            e.cost,
+            e.measurement and [e.measurement.variable, str(e.measurement.channel)],
+        ]
+        for e in system.equations
+    ]
+    variables = [[v.name, v.low is None or v.low < 0] for v in system.variables.values()]
+    faults = [[fault.name, fault.equation] for fault in system.faults]
+    return json.dumps([equations, variables, sorted(system.parameters), faults])
+
+
+def _read_bank(system: System, tree: Any) -> Bank | None:
+    """Return the bank that a tree stands for, or None where it is not one of this system."""
+    try:
+        nodes, generators, refused = tree
+        bank = Bank(
+            system,
+            decode(tuple[Node, ...], nodes),
+            decode(tuple[Generator, ...], generators),
+            decode(tuple[NotImplementable, ...], refused),
+        )
+        _check(bank)
+    except (ValueError, TypeError, KeyError, IndexError, OverflowError):
+        return None
+    return bank
+
+
+def _require(holds: bool) -> None:
+    if not holds:
+        raise ValueError("not a bank of this system")
+
+
+def _check(bank: Bank) -> None:
+    """Raise ValueError where evaluation would run astray."""
+    system = bank.system
+    for number, node in enumerate(bank.nodes):
+        _check_node(bank, number, node)
+    faults = {fault.name for fault in system.faults}
+    rows: tuple[Generator | NotImplementable, ...] = (*bank.generators, *bank.not_implementable)
+    _require(len(rows) <= MAX_SETS)
+    for row in rows:
+        _require(all(0 <= i < len(system.equations) for i in row.equations))
+        _require(set(row.faults) <= faults)
+    for place, generator in enumerate(bank.generators, start=1):
+        _require(generator.id == f"r{place}")
+        _require(0 <= generator.node < len(bank.nodes))
+        _require(bank.nodes[generator.node].kind == "residual")
+        _require({generator.residual, *(i for i, _ in generator.steps)} <= set(generator.equations))
+        _require(all(name in system.variables for _, name in generator.steps))
+
+
+def _check_node(bank: Bank, number: int, node: Node) -> None:
+    system = bank.system
+    _require(0 <= node.equation < len(system.equations))
+    _require(all(name in system.variables for name in node.variables))
+    given = [bank.nodes[i].kind for _, i in (*node.arguments, *node.gate_arguments) if i < number]
+    _require(len(given) == len(node.arguments) + len(node.gate_arguments))
+    _require(all(i >= 0 for _, i in (*node.arguments, *node.gate_arguments)))
+    _require("residual" not in given and ("loop" not in given or node.kind == "part"))
+    counts = (len(node.variables), len(node.expressions), len(node.arguments))
+    match node.kind:
+        case "channel":
+            _require(
+                counts == (1, 0, 0) and system.equations[node.equation].measurement is not None
+            )
+        case "solve":
+            _require(counts[0] == 1 and 1 <= counts[1] <= MAX_ROOTS)
+        case "loop":
+            _require(1 <= counts[0] == counts[1])
+        case "part":
+            _require(counts == (1, 0, 1) and given == ["loop"])
+            _require(node.variables[0] in bank.nodes[node.arguments[0][1]].variables)
+        case "derivative":
+            _require(counts == (1, 0, 1) and node.arguments[0][0] in system.variables)
+        case "residual":
+            _require(counts[:2] == (0, 1))
+    known = {*system.parameters, *(name for name, _ in node.arguments)}
+    if node.kind == "loop":
+        known.update(node.variables)
+    for expression in node.expressions:
+        _check_names(expression, known)
+    if node.gate is not None:
+        names = {name for name, _ in node.gate_arguments}
+        _check_names(node.gate, {*system.parameters, *STATES, *names})
+
+
+def _check_names(expression: Expression, known: set[str]) -> None:
+    _require(set(symbols(expression)) <= known)
+    _require(not any(isinstance(n, Apply) and n.operator == "der" for n in walk(expression)))

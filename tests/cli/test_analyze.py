@@ -1,0 +1,93 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from fdi.report.files import NAMES
+
+from .conftest import LOG, Run
+
+
+def test_it_prints_the_verdict_and_writes_the_folder_here(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model)
+    assert ended.code == 0
+    assert "motor_1 failed first" in ended.out
+    folder = Path(f"{LOG.stem}.fdi")
+    assert {entry.name for entry in folder.iterdir()} == NAMES
+    assert not list(LOG.parent.glob("*.fdi"))
+
+
+def test_check_turns_an_accusation_into_1(run: Run, model: Path) -> None:
+    words = ("analyze", LOG, "--model", model, "--format", "json", "--check")
+    assert run(*words).code == 1
+    assert run(*words, "--window", "10:30").code == 0
+
+
+def test_json_is_all_that_standard_output_holds(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--json")
+    document = json.loads(ended.out)
+    assert document["findings"][0]["component"] == "motor_1"
+    assert not list(Path().iterdir())
+    again = run("analyze", LOG, "--model", model, "--json", "--out", "o", "--format", "json")
+    assert json.loads(again.out) == json.loads(Path("o/analysis.json").read_text())
+
+
+def test_quiet_prints_the_verdict_alone(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--quiet", "--format", "txt")
+    assert ended.out.count("\n") == 1
+    assert not ended.err
+
+
+def test_verbose_tells_the_timings_on_standard_error(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--verbose", "--format", "txt")
+    assert "read took" in ended.err
+    assert "took" not in ended.out
+
+
+def test_window_and_rate_reach_the_grid(run: Run, model: Path) -> None:
+    words = ("analyze", LOG, "--model", model, "--json", "--window", "10:20", "--rate", "2")
+    document = json.loads(run(*words).out)
+    assert document["fault_grid"]["t"] == [10 + k / 2 for k in range(21)]
+
+
+def test_a_pipe_gets_neither_colour_nor_progress(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--format", "txt")
+    assert "\x1b" not in ended.out + ended.err
+    assert "\r" not in ended.err
+
+
+def test_a_foreign_folder_needs_force(run: Run, model: Path) -> None:
+    Path("o").mkdir()
+    Path("o/mine").write_text("")
+    words = ("analyze", LOG, "--model", model, "--format", "txt", "--out", "o")
+    refused = run(*words)
+    assert refused.code == 5
+    assert "--force" in refused.err
+    assert run(*words, "--force").code == 0
+    assert Path("o/mine").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ([], "Missing argument"),
+        ([LOG, "--window", "5"], "not two ascending"),
+        ([LOG, "--window", "9:5"], "not two ascending"),
+        ([LOG, "--window", "nan:5"], "not two ascending"),
+        ([LOG, "--rate", "fast"], "'auto'"),
+        ([LOG, "--rate", "0"], "'auto'"),
+        ([LOG, "--format", "docx"], "unknown format"),
+        ([LOG, "--methods", "all"], "No such option"),
+        ([LOG, "--quiet", "--verbose"], "exclude"),
+        ([LOG, "--json", "--format", "txt"], "--out"),
+        ([LOG, LOG], "2 logs"),
+        ([LOG, "--system", "77"], "77"),
+    ],
+)
+def test_a_wrong_command_line_is_2_in_one_line(run: Run, words: list[object], says: str) -> None:
+    ended = run("analyze", *words)
+    assert ended.code == 2
+    assert not ended.out
+    assert ended.err.count("\n") == 1
+    assert ended.err.startswith("fdi: ")
+    assert says in ended.err

@@ -1,0 +1,102 @@
+"""Files that are no log, models that are none: one line, the right code, no traceback, no hang."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from .conftest import LOG, MODEL, Ended, Run
+
+
+def is_told(ended: Ended, code: int) -> None:
+    assert ended.code == code, ended.err
+    assert ended.err.startswith("fdi: ")
+    assert "Traceback" not in ended.out + ended.err
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"plain words\n" * 99, bytes(4096), b"\xfe" * 5000, os.urandom(5000)]
+)
+def test_what_is_no_log_is_3(run: Run, tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(content)
+    ended = run("analyze", path)
+    is_told(ended, 3)
+    assert ended.err.count("\n") == 1
+    assert str(path) in ended.err
+
+
+def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo"):
+        for command in ("analyze", "info"):
+            is_told(run(command, path), 3)
+
+
+def test_a_cut_log_gives_what_is_left(run: Run, model: Path, tmp_path: Path) -> None:
+    path = tmp_path / "cut.tlog"
+    path.write_bytes(LOG.read_bytes()[:100_001])
+    ended = run("analyze", path, "--model", model, "--format", "txt")
+    assert ended.code == 0
+    assert "truncated" in ended.out
+
+
+def test_a_log_without_a_message_of_the_model_is_3(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "other.yaml"
+    path.write_text(MODEL.replace("GPS_RAW_INT", "GPS2_RAW").split("inputs:")[0] + OTHER)
+    is_told(run("analyze", LOG, "--model", path), 3)
+
+
+OTHER = """measurements:
+  GPS2_RAW:
+    component: gps
+    fields:
+      alt: {variable: altitude}
+      eph: {variable: u_1, raw: true}
+"""
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "effort = u_1 + nobody",
+        "effort = __import__('os').getpid()",
+        "effort = u_1.real",
+        "effort = 9**9**9**9",
+        "effort = " + "(" * 10_000 + "u_1" + ")" * 10_000,
+        "effort = " + "(" * 500 + "u_1" + ")" * 500,
+    ],
+)
+def test_a_wrong_expression_is_4(run: Run, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "wrong.yaml"
+    path.write_text(MODEL.replace("effort = u_1", text))
+    for command in (["analyze", LOG, "--model", path], ["structure", path]):
+        ended = run(*command)
+        is_told(ended, 4)
+        assert "wrong.yaml:" in ended.err
+
+
+def test_all_problems_of_a_model_are_told_a_line_each(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "wrong.yaml"
+    path.write_text(
+        MODEL.replace("effort = u_1", "effort = u_9").replace(
+            "variable: altitude, acc", "variable: nothing, acc"
+        )
+    )
+    ended = run("structure", path)
+    is_told(ended, 4)
+    assert ended.err.count("\n") >= 2
+    assert all(line.startswith("fdi: wrong.yaml:") for line in ended.err.splitlines())
+
+
+def test_an_alias_bomb_is_4(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "bomb.yaml"
+    rows = ["a0: &a0 [x, x]"] + [f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 30)]
+    path.write_text("format: 1\nname: bomb\n" + "\n".join(rows))
+    is_told(run("structure", path), 4)
+
+
+@pytest.mark.parametrize("option", ["--model", "--policy"])
+def test_what_is_neither_shipped_nor_a_file_is_4(run: Run, option: str) -> None:
+    is_told(run("analyze", LOG, option, "nowhere"), 4)

@@ -1,0 +1,136 @@
+"""Take-off, landing and impact come from the motion, whatever the autopilot says."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fdi.telemetry import read
+
+from .build import DOWN, Flight, mav, record
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "flights"
+HARD = 2.0  # m/s: labels call every ground contact after a fault an impact, landings too
+BASE = Flight()
+
+
+def test_flight_has_its_take_off_and_landing(load):
+    log = load(BASE.bytes())
+    (flight,) = log.flights
+    up, _, _, ground = BASE.phases()
+    assert flight.takeoff == pytest.approx(up, abs=0.5)
+    assert flight.landing == pytest.approx(ground, abs=1.5)
+    assert flight.impact is None
+    kinds = [e.kind for e in log.events if e.kind in ("arm", "takeoff", "landing", "disarm")]
+    assert kinds == ["arm", "takeoff", "landing", "disarm"]
+
+
+def test_phases_follow_the_flight(load):
+    log = load(BASE.bytes())
+    (flight,) = log.flights
+    state = log.state([1.0, 6.0, 12.0, flight.landing - 1, flight.landing + 1.5])
+    assert state.phase.tolist() == ["ground", "takeoff", "flight", "landing", "ground"]
+    assert state.airborne.tolist() == [False, True, True, True, False]
+    assert state.armed.tolist() == [False, True, True, True, True]
+    assert state.mode.tolist() == ["LOITER", "LOITER", "AUTO", "AUTO", "AUTO"]
+
+
+def test_log_that_ends_in_the_air_has_no_landing(load):
+    (flight,) = load(BASE.bytes(until=15.0)).flights
+    assert flight.takeoff is not None
+    assert (flight.landing, flight.impact) == (None, None)
+
+
+def test_log_that_begins_in_the_air_has_no_take_off(load):
+    records = [r for r in BASE.records() if int.from_bytes(r[:8], "big") / 1e6 > 1_700_000_010]
+    (flight,) = load(b"".join(records)).flights
+    assert flight.takeoff is None
+    assert flight.airborne[0] == pytest.approx(0.0, abs=0.3)
+
+
+def test_log_that_ends_in_a_dive_near_the_ground_ends_with_an_impact(load):
+    fall = BASE.but(height=60.0, down=8.0)
+    log = load(fall.bytes(until=fall.phases()[3] - 1.0))
+    (flight,) = log.flights
+    assert flight.impact == pytest.approx(log.span[1])
+    assert flight.impact_speed == pytest.approx(8.0, abs=0.1)
+    assert log.state([flight.impact + 1]).phase.tolist() == ["impact"]
+
+
+def crash(speed: float) -> bytes:
+    """Return a flight that meets the ground at a speed, felt by the accelerometer."""
+    flight = BASE.but(height=30.0, down=speed)
+    ground = flight.phases()[3]
+    blow = mav.MAVLink_raw_imu_message(
+        round((flight.boot + ground) * 1e6), 0, 0, round(-1000 - 1500 * speed), 0, 0, 0, 0, 0, 0
+    )
+    return b"".join(sorted([*flight.records(), record(ground + 0.02, blow)], key=lambda r: r[:8]))
+
+
+def test_hard_contact_is_an_impact_at_the_last_record_before_it(load):
+    (flight,) = load(crash(6.0)).flights
+    ground = BASE.but(height=30.0, down=6.0).phases()[3]
+    assert ground - 0.5 < flight.impact <= ground + 0.05
+    assert flight.landing is None
+
+
+def test_soft_contact_is_a_landing(load):
+    (flight,) = load(crash(DOWN)).flights
+    assert flight.impact is None
+    assert flight.landing is not None
+
+
+def test_arming_without_leaving_the_ground_is_no_flight(load):
+    idle = BASE.but(height=0.0, hover=3.0)
+    log = load(
+        b"".join(idle.records() + BASE.but(start=idle.duration, boot=20 + idle.duration).records())
+    )
+    assert len(log.flights) == 1
+    assert not load(idle.bytes()).flights[0].flew
+
+
+def test_up_positive_vertical_speed_is_turned_and_told(load):
+    old, new = load(BASE.but(vz_sign=-1.0).bytes()), load(BASE.bytes())
+    np.testing.assert_allclose(
+        old["GLOBAL_POSITION_INT"].si("vz"), new["GLOBAL_POSITION_INT"].si("vz"), atol=1e-9
+    )
+    assert old["GLOBAL_POSITION_INT"].raw("vz").max() == 300
+    assert [(q.kind, q.channel) for q in old.quality] == [("repaired", "GLOBAL_POSITION_INT.vz")]
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+def test_impacts_of_recorded_flights_are_found_and_landings_are_none():
+    """Labelled crashes within 0.6 s and late by less than a record; no other flight has one."""
+    labels = json.loads((SHARED / "labels.json").read_text())["flights"]
+    wrong = []
+    for name, label in labels.items():
+        if not name.endswith(".tlog"):
+            continue
+        speed = label.get("impact_speed") or 0.0
+        wanted = label["impact"] if speed > HARD else None
+        log = read(SHARED / name)
+        found = [f.impact for f in log.flights if f.impact is not None]
+        if name == "paper/afrika.tlog":  # the label has no impact; the text says where it ended
+            wanted = 2331.6
+        is_right = (
+            not found if wanted is None else len(found) == 1 and -0.6 < found[0] - wanted < 0.1
+        )
+        if not is_right:
+            wrong.append((name, wanted, found))
+    assert not wrong
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+def test_airborne_times_of_long_flights_agree_with_the_labels():
+    """Labels count until the motors stop: up to 4 s (copter) or 30 s (plane) after touch-down."""
+    labels = json.loads((SHARED / "labels.json").read_text())["flights"]
+    for name, label in labels.items():
+        if not label.get("airborne") or not name.endswith(".tlog"):
+            continue
+        flights = read(SHARED / name).flights
+        assert len(flights) == len(label["airborne"]), name
+        for flight, (low, high) in zip(flights, label["airborne"], strict=True):
+            start, end = flight.airborne
+            assert abs(start - low) < 2.5, name
+            assert -30.0 < end - high < 0.5, name

@@ -1,0 +1,183 @@
+"""Channels, units, sentinels, parameters, texts: what the numbers mean."""
+
+import struct
+
+import numpy as np
+import pytest
+
+from fdi import units
+from fdi.errors import UsageError
+from fdi.telemetry import Channel
+from fdi.telemetry.catalogue import mavlink_meaning, mavlink_mode
+from fdi.telemetry.dialect import _classes
+
+from .build import Flight, mav, record
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("VFR_HUD.airspeed", "VFR_HUD.airspeed"),
+        ("vfr_hud.AIRSPEED", "VFR_HUD.airspeed"),
+        ("74/airspeed", "VFR_HUD.airspeed"),
+        ("125/VCC", "POWER_STATUS.Vcc"),
+        ("BATTERY_STATUS[1].voltages[0]", "BATTERY_STATUS[1].voltages[0]"),
+        ("BATTERY_STATUS[0].temperature", "BATTERY_STATUS.temperature"),
+        ("XKF4[1].SV", "XKF4[1].SV"),
+    ],
+)
+def test_channel_is_parsed_to_the_dialects_spelling(text, written):
+    assert str(Channel.parse(text)) == written
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("VFR_HUD", "is no channel"),
+        ("VFR_HUD.airspeeed", "did you mean airspeed"),
+        ("74/speed_of_light", "no field"),
+        ("99999/x", "no MAVLink message"),
+        ("BATTERY_STATUS.voltages[10]", "has 10 entries"),
+        ("a" * 500, "is no channel"),
+        ("../../etc.passwd", "is no channel"),
+    ],
+)
+def test_what_is_no_channel_is_refused_with_a_hint(text, says):
+    with pytest.raises(UsageError, match=says):
+        Channel.parse(text)
+
+
+def test_channels_sort_with_and_without_instance():
+    first, second, other = Channel("M", "a"), Channel("M", "a", 1), Channel("A", "z", 2)
+    assert sorted([second, first, other]) == [other, first, second]
+
+
+def test_every_unit_of_the_dialect_is_known():
+    """Those left as they are have no SI unit that says more (bytes, pixels, rates of bytes)."""
+    used = {u for c in _classes().values() for u in c.fieldunits_by_name.values()}
+    passed_on = {u for u in used if units.si(u) == units.Conversion(u)}
+    assert passed_on - set(units._DIALECT) <= {
+        "bytes",
+        "pix",
+        "bits/s",
+        "KiB/s",
+        "MiB",
+        "MiB/s",
+    }
+
+
+def test_customary_undoes_what_people_do_not_expect():
+    label, scale, offset = units.customary("K")
+    assert (label, 300 * scale + offset) == ("degC", pytest.approx(26.85))
+    assert units.customary("V") == units.Conversion("V")
+
+
+@pytest.mark.parametrize(
+    ("message", "field", "vehicle", "unit"),
+    [
+        ("NAV_CONTROLLER_OUTPUT", "aspd_error", "plane", "cm/s"),
+        ("NAV_CONTROLLER_OUTPUT", "aspd_error", "quad", "m/s"),
+        ("NAV_CONTROLLER_OUTPUT", "nav_roll", "rover", "m/s/s"),
+        ("GPS_RAW_INT", "eph", "quad", "c1"),
+        ("SERVO_OUTPUT_RAW", "servo3_raw", "quad", "us (pulse)"),
+        ("SERVO_OUTPUT_RAW", "time_usec", "quad", "us"),
+    ],
+)
+def test_unit_is_corrected_where_the_dialect_is_wrong(message, field, vehicle, unit):
+    dialect = {"aspd_error": "m/s", "nav_roll": "deg", "time_usec": "us"}.get(field, "")
+    found = mavlink_meaning(message, field, dialect, autopilot="ardupilot", vehicle=vehicle)
+    assert found.unit == unit
+
+
+def test_raw_imu_of_other_autopilots_has_no_unit():
+    found = mavlink_meaning("RAW_IMU", "xacc", "mG", autopilot="px4", vehicle="quad")
+    assert found.unit == "1"
+
+
+def test_sentinels_are_unknown(load):
+    gps = mav.MAVLink_gps_raw_int_message(0, 1, 0, 0, 0, 9999, 65535, 65535, 18000, 255)
+    ahrs2 = mav.MAVLink_ahrs2_message(0, 0, 0, 0, 0, 0)
+    log = load(record(0, gps) + record(1, ahrs2) + record(2, gps))
+    known = {f: np.isfinite(log["GPS_RAW_INT"].si(f)).any() for f in log["GPS_RAW_INT"].fields}
+    assert not any(known[f] for f in ("eph", "epv", "vel", "satellites_visible", "h_acc"))
+    assert log["GPS_RAW_INT"].si("cog")[0] == pytest.approx(np.pi)
+    assert np.isnan(log["AHRS2"].si("roll")).all()
+
+
+def test_units_are_si_and_pulse_widths_stay(load):
+    log = load(Flight().bytes())
+    wanted = {
+        "GLOBAL_POSITION_INT.lat": "rad",
+        "GLOBAL_POSITION_INT.vz": "m/s",
+        "VFR_HUD.throttle": "",
+        "RAW_IMU.zacc": "m/s^2",
+        "RAW_IMU.xmag": "T",
+        "SERVO_OUTPUT_RAW.servo1_raw": "us",
+        "SERVO_OUTPUT_RAW.time_usec": "s",
+        "ATTITUDE.roll": "rad",
+    }
+    assert {name: log.channel(name).unit for name in wanted} == wanted
+    assert log.channel("RAW_IMU.zacc").value[0] == pytest.approx(-9.80665)
+    assert log.channel("VFR_HUD.throttle").value.max() == pytest.approx(0.4)
+
+
+def parameter(t: float, name: bytes, value: float, kind: int = 9) -> bytes:
+    return record(t, mav.MAVLink_param_value_message(name, value, kind, 3, 0))
+
+
+def test_parameters_are_those_of_the_download_and_changes_are_told(load):
+    parts = [parameter(1, b"A", 1.5), parameter(1, b"B", 2.0), parameter(5, b"A", 3.0)]
+    log = load(b"".join([*Flight().records(), *parts]))
+    assert dict(log.parameters) == {"A": 1.5, "B": 2.0}
+    assert [(c.name, c.old, c.new) for c in log.parameter_changes] == [("A", 1.5, 3.0)]
+    assert [(e.text, e.value) for e in log.events if e.kind == "parameter"] == [("A", 3.0)]
+
+
+def test_integer_parameters_of_px4_are_the_bytes_of_the_float(load):
+    beat = mav.MAVLink_heartbeat_message(2, 12, 0x81, 4 << 16 | 4 << 24, 4, 3)
+    packed = struct.unpack("<f", struct.pack("<i", 4001))[0]
+    log = load(record(0, beat) + parameter(1, b"SYS_AUTOSTART", packed, 6))
+    assert log.parameters["SYS_AUTOSTART"] == 4001
+    assert log.autopilot == "px4"
+    assert [e.text for e in log.events if e.kind == "mode"] == ["AUTO_MISSION"]
+
+
+def test_parts_of_a_long_text_are_joined_and_made_safe(load):
+    first = mav.MAVLink_statustext_message(4, b"x" * 50, 7, 0)
+    second = mav.MAVLink_statustext_message(4, b"y\x1b[31m\x07end\x00rest", 7, 1)
+    other = mav.MAVLink_statustext_message(2, b"Battery 1 Failsafe", 0, 0)
+    log = load(record(1, first) + record(1.1, second) + record(2, other))
+    texts = [(e.kind, e.text, e.severity) for e in log.events]
+    assert texts[0] == ("text", "x" * 50 + "y [31m end", 4)
+    assert texts[1:] == [("failsafe", "Battery 1 Failsafe", 2), ("text", "Battery 1 Failsafe", 2)]
+    assert "\x1b" in log["STATUSTEXT"].raw("text")[1]
+    assert "rest" not in log["STATUSTEXT"].raw("text")[1]
+
+
+def test_modes_of_unknown_autopilots_are_numbers():
+    assert mavlink_mode(3, autopilot="ardupilot", vehicle="rover") == "STEERING"
+    assert mavlink_mode(77, autopilot="ardupilot", vehicle="quad") == "MODE_77"
+    assert mavlink_mode(3, autopilot="generic", vehicle="quad") == "MODE_3"
+
+
+def test_frame_is_pandas_in_si_with_texts(load):
+    log = load(Flight().bytes())
+    frame = log["ATTITUDE"].frame()
+    assert frame.index.name == "t"
+    assert frame["yaw"].iloc[0] == pytest.approx(0.1)
+
+
+def test_unknown_names_are_refused_with_what_there_is(load):
+    log = load(Flight().bytes())
+    with pytest.raises(UsageError, match="ATTITUDE"):
+        log["WIND"]
+    with pytest.raises(UsageError, match="roll"):
+        log["ATTITUDE"].si("rol")
+
+
+def test_loss_by_sequence_numbers_and_gaps_are_told(load):
+    parts = [r for i, r in enumerate(Flight().records()) if not 300 < i < 500 and i % 10]
+    log = load(b"".join(parts))
+    gaps = [q.text for q in log.quality if q.kind == "gap"]
+    assert any("telemetry gap" in text for text in gaps)
+    assert any("did not arrive" in text for text in gaps)

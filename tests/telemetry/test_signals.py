@@ -1,0 +1,158 @@
+"""Resampling: unknown is never bridged, known values never leave their neighbours."""
+
+from types import MappingProxyType, SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from fdi.errors import UsageError
+from fdi.telemetry import Channel, Request, Sampling
+from fdi.telemetry.events import flight_state
+from fdi.telemetry.message import Column, Message
+from fdi.telemetry.signals import resample
+from fdi.units import Conversion
+
+from .build import Flight
+
+A = Channel("M", "a")
+
+
+def log_of(t, value, stamp=None):
+    """Return what `resample` needs of a log with one message M and its field a."""
+    t, value = np.asarray(t, float), np.asarray(value, float)
+    stamp = t if stamp is None else np.asarray(stamp, float)
+    column = Column(lambda: value.copy(), Conversion("rad"))
+    message = Message("M", None, t, stamp, np.arange(t.size), {"a": column})
+    return SimpleNamespace(
+        messages={"M": message},
+        flights=(),
+        events=(),
+        parameters=MappingProxyType({}),
+        name="log",
+        span=(float(t[0]), float(t[-1])),
+        state=lambda at: flight_state(at, (), ()),
+    )
+
+
+def values(log, *, request=None, **sampling):
+    options = {"rate_hz": 10.0, **sampling}
+    signals = resample(log, (request or Request(A, ("a",)),), Sampling(**options))
+    return signals.t, signals.columns[A]
+
+
+times = st.lists(st.floats(0.05, 1.5), min_size=2, max_size=30).map(np.cumsum)
+levels = st.one_of(st.floats(-100, 100), st.just(float("nan")))
+
+
+@given(t=times, data=st.data())
+def test_values_lie_between_known_neighbours_and_gaps_are_unknown(t, data):
+    value = np.array(data.draw(st.lists(levels, min_size=t.size, max_size=t.size)))
+    grid, got = values(log_of(t, value), window=(t[0] - 3, t[-1] + 3))
+    period = np.median(np.diff(t))
+    longest = max(1.0, 3 * period)
+    for at, found in zip(grid, got, strict=True):
+        left = np.searchsorted(t, at, side="right") - 1
+        near = np.abs(t - at)
+        if near.min() < 1e-9:
+            continue
+        is_inside = 0 <= left < t.size - 1 and t[left + 1] - t[left] <= longest * (1 - 1e-9)
+        around = value[left : left + 2] if 0 <= left < t.size - 1 else np.array([np.nan])
+        if is_inside and np.isfinite(around).all():
+            assert around.min() - 1e-9 <= found <= around.max() + 1e-9
+        elif left < 0 or left >= t.size - 1 or not np.isfinite(around).all():
+            assert np.isnan(found)
+
+
+@given(start=st.floats(-np.pi, np.pi - 1e-6), turn=st.floats(-3.0, 3.0))
+def test_angles_take_the_short_way(start, turn):
+    assume(abs(turn) > 1e-6)
+    end = (start + turn + np.pi) % (2 * np.pi) - np.pi
+    request = Request(A, ("a",), circular=True)
+    _, got = values(log_of([0, 1], [start, end]), request=request)
+    off = (got - (start + turn * np.linspace(0, 1, 11)) + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(off).max() < 1e-6
+
+
+def test_unwrapping_can_be_switched_off():
+    request = Request(A, ("a",), circular=True)
+    _, got = values(log_of([0, 1], [3.0, -3.0]), request=request, unwrap=False, rate_hz=2)
+    assert got.tolist() == [3.0, 0.0, -3.0]
+
+
+def test_invalid_records_are_unknown_up_to_their_neighbours():
+    request = Request(A, ("a",), valid=lambda c: c["a"] < 5)
+    _, got = values(log_of([0, 1, 2, 3], [1, 2, 9, 4]), request=request, rate_hz=2)
+    assert np.isfinite(got).tolist() == [True, True, True, False, False, False, True]
+
+
+def test_value_that_is_not_finite_is_unknown():
+    request = Request(A, ("a",), value=lambda c: 1 / c["a"])
+    _, got = values(log_of([0, 1, 2], [1, 0, 2]), request=request, rate_hz=1)
+    np.testing.assert_array_equal(got, [1, np.nan, 0.5])
+
+
+def test_latency_moves_the_records_back():
+    request = Request(A, ("a",), latency=0.5)
+    _, got = values(log_of([0, 1, 2], [0, 1, 2]), request=request, rate_hz=2)
+    np.testing.assert_array_equal(got, [0.5, 1.0, 1.5, 2.0, np.nan])
+
+
+def test_published_recipe_uses_stamps_drops_earlier_twins_and_extrapolates():
+    log = log_of([0, 1, 2], [0, 5, 7], stamp=[0.0, 1.0, 1.0])
+    _, got = values(
+        log, rate_hz=1, window=(0, 3), clock="record", extrapolate=True, gap_factor=float("inf")
+    )
+    assert got.tolist() == [0, 7, 14, 21]
+    _, mean = values(log, rate_hz=1, window=(0, 1), clock="record", equal_stamps="mean")
+    assert mean.tolist() == [0, 6]
+
+
+def test_automatic_rate_is_the_channels_own():
+    t = np.arange(0, 30, 0.26)
+    signals = resample(log_of(t, t), (Request(A, ("a",)),), Sampling())
+    assert signals.rate_hz == 4.0
+    assert signals.period[A] == pytest.approx(0.26)
+
+
+def test_missing_channel_is_unknown_throughout():
+    other = Request(Channel("N", "b"), ("b",))
+    signals = resample(log_of([0, 1], [1, 2]), (Request(A, ("a",)), other), Sampling(rate_hz=1))
+    assert np.isnan(signals.columns[other.channel]).all()
+    assert np.isnan(signals.period[other.channel])
+
+
+@pytest.mark.parametrize("window", [(5.0, 1.0), (0.0, float("inf")), (0.0, 1e12)])
+def test_window_that_makes_no_grid_is_refused(window):
+    with pytest.raises(UsageError):
+        values(log_of([0, 1], [1, 2]), window=window)
+
+
+def test_window_includes_both_ends(load):
+    log = load(Flight().bytes())
+    request = Request(Channel.parse("ATTITUDE.roll"), ("roll",))
+    signals = log.signals([request], Sampling(rate_hz=1.0, window=(2.0, 20.0)))
+    assert (signals.t[0], signals.t[-1], signals.t.size) == (2.0, 20.0, 19)
+    assert not signals.columns[request.channel].flags.writeable
+
+
+def test_grid_covers_the_flights_by_default(load):
+    log = load(Flight().bytes())
+    signals = log.signals([Request(Channel.parse("ATTITUDE.roll"), ("roll",))])
+    assert signals.t[0] == log.flights[0].start
+    assert signals.rate_hz == 5.0
+    assert signals.frame().shape == (signals.t.size, 1)
+
+
+def test_validity_sees_the_flight_state(load):
+    log = load(Flight().bytes())
+    request = Request(
+        Channel.parse("VFR_HUD.alt"),
+        ("alt",),
+        valid=lambda c: np.asarray(c["airborne"]) & (np.asarray(c["mode"]) == "AUTO"),
+    )
+    signals = log.signals([request], Sampling(rate_hz=2.0, window=log.span))
+    known = np.isfinite(signals.columns[request.channel])
+    assert known.any()
+    assert (signals.state.airborne[known]).all()
