@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/compile.py
 
-CPU seconds for the published model with 77 faults, its own imports included, beyond the start of the
+CPU seconds for the published model with 77 faults, our imports included, beyond the start of the
 interpreter and numpy; each run is a process of its own, the median of five counts. The publication
 states 163 s for the same task in all (structure, matchings, residual generators).
 """

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
-from fdi.decision.noise import airborne_mask, centres, inflations, reference_mask
+from fdi.decision.noise import airborne_mask, centres, spread_factors, reference_mask
 from fdi.residuals import Residuals
 
 if TYPE_CHECKING:
@@ -30,7 +30,8 @@ class PredictedSpread:
     sigmas: float = 4.0
     persistence_s: float = 1.5
     least_samples: int = 3
-    most_inflation: float = 4.0
+    least_factor: float = 0.3
+    most_factor: float = 4.0
     reference_s: float = 20.0
     block_s: float = 5.0
     method: Literal["predicted_spread"] = "predicted_spread"
@@ -56,7 +57,10 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
     centre = centres(values, residuals.allowance, reference)
     deviation = np.maximum(np.abs(values - centre[:, None]) - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
-    factor = inflations(deviation, spread, airborne_mask(signals), block, recipe.most_inflation)
+    calm = airborne_mask(signals)
+    factor = spread_factors(
+        deviation, spread, calm, block, recipe.least_factor, recipe.most_factor
+    )
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
     state = _states(np.abs(values - centre[:, None]), threshold)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))

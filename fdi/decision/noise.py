@@ -1,7 +1,7 @@
 """How does a residual behave while nothing is wrong? Its centre and spread in the calm part.
 
 In: a residual's column with its predicted spread and what a constant offset may amount to. Out: the
-constant to take off, and the factor by which the stated spread is too small. The centre is the
+constant to take off, and the factor by which the stated spread is off. The centre is the
 median over a reference stretch, the first seconds in the air, and never more than the offset that
 the model allows: a fault since boot stays visible beyond it. The factor comes from the calm part:
 the flight is cut into blocks, each block has its own spread, and the median block counts, so that a
@@ -56,10 +56,10 @@ def centres(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> 
     return result
 
 
-def inflations(
-    deviations: Floats, spread: Floats, calm: NDArray[np.bool_], block: int, most: float
+def spread_factors(
+    deviations: Floats, spread: Floats, calm: NDArray[np.bool_], block: int, least: float, most: float
 ) -> Floats:
-    """Return by how much the stated spread of every residual is too small, from 1 to ``most``.
+    """Return by which factor the stated spread of every residual is off, from ``least`` to ``most``.
 
     Parameters
     ----------
@@ -79,5 +79,5 @@ def inflations(
         ratio = own[known] / spread[row][known]
         cut = len(ratio) // block * block
         levels = np.quantile(ratio[:cut].reshape(-1, block), 0.9, axis=1)
-        result[row] = np.clip(np.median(levels) / GAUSSIAN_90, 1.0, most)
+        result[row] = np.clip(np.median(levels) / GAUSSIAN_90, least, most)
     return result

@@ -38,7 +38,8 @@ class PredictedSpreadEntry(_Entry):
     sigmas: float = Field(default=4.0, gt=0)
     persistence_s: float = Field(default=1.5, ge=0)
     least_samples: int = Field(default=3, ge=1)
-    most_inflation: float = Field(default=4.0, ge=1)
+    least_factor: float = Field(default=0.3, gt=0, le=1)
+    most_factor: float = Field(default=4.0, ge=1)
     reference_s: float = Field(default=20.0, gt=0)
     block_s: float = Field(default=5.0, gt=0)
 

@@ -29,6 +29,8 @@ WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
 QUIET_WEIGHT: Final = 0.5
 """A quiet test counts half a trigger: its power at that moment is not known."""
+DISTURBED_WEIGHT: Final = 0.5
+"""An alarm that a candidate explains only through what it disturbs counts half."""
 TIE: Final = 0.1
 """Candidates whose weight differs by less, relatively, cannot be separated."""
 MOST_CAUSES: Final = 3
@@ -93,11 +95,15 @@ def _concerns(bank: Bank) -> _Concerns:
     faults: list[tuple[str, ...]] = []
     for generator in bank.generators:
         left = system.equations[generator.residual]
-        if left.kind in (Kind.LIMIT, Kind.EQUALITY) and left.component:
-            component[f"@{left.name}"] = left.component
-            faults.append((f"@{left.name}",))
-        else:
-            faults.append(generator.faults)
+        stated = left.kind in (Kind.LIMIT, Kind.EQUALITY) and left.component is not None
+        own = [] if stated else list(generator.faults)
+        for number in generator.equations:
+            equation = system.equations[number]
+            whom = [equation.component] if stated and number == generator.residual else []
+            for name in (*whom, *equation.suspects):
+                component[f"@{equation.name}:{name}"] = str(name)
+                own.append(f"@{equation.name}:{name}")
+        faults.append(tuple(own))
     order = {name: i for i, name in enumerate(system.components)}
     return _Concerns(tuple(faults), component, system.components, order)
 
@@ -163,17 +169,21 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     if not candidates:
         return None
     single = {next(iter(d)) for d in diagnoses if len(d) == 1}
-    pool = sorted(single) if single else candidates
-    weights = {name: _weigh(name, early, soon, alarms, bank) for name in pool}
-    best = min(pool, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
-    top = weights[best][0]
-    close = [n for n in pool if n != best and weights[n][0] >= top * (1 - TIE) and top > 0]
-    leading = min([best, *close], key=lambda name: _precedence(name, [best, *close], bank))
+    pool = single or set(candidates)
+    # What disturbs a candidate and shows itself soon after may have been seen later only because
+    # its tests are less sensitive.
+    around = {name for run in soon for name in bank.of(run.row)}
+    upstream = {n for n in around if affected(n, bank.components) & pool} | pool
+    weights = {name: _weigh(name, early, soon, alarms, bank) for name in sorted(upstream)}
+    ordered = sorted(upstream, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
+    top = weights[ordered[0]][0]
+    close = [n for n in ordered if weights[n][0] >= top - TIE * abs(top)]
+    leading = min(close, key=lambda name: _precedence(name, close, bank))
     weight, faults = weights[leading]
     explained = tuple(run for run in found if set(bank.faults[run.row]) & set(faults))
     total = sum(max(w, 0.0) for w, _ in weights.values())
-    others = tuple(sorted(n for n in [best, *close] if n != leading))
-    return Cause(leading, faults, explained, weight, total, others) if explained else None
+    tied = tuple(sorted(n for n in close if n != leading and weights[n][0] == weight))
+    return Cause(leading, faults, explained, weight, total, tied) if explained else None
 
 
 def _precedence(name: str, among: Iterable[str], bank: _Concerns) -> tuple[int, int]:
@@ -185,23 +195,34 @@ def _precedence(name: str, among: Iterable[str], bank: _Concerns) -> tuple[int, 
 def _weigh(
     component: str, early: Sequence[Run], soon: Sequence[Run], alarms: Alarms, bank: _Concerns
 ) -> tuple[float, tuple[str, ...]]:
-    """Return how well a component explains the runs, and by which of its faults."""
+    """Return how well a component explains the runs, and by which of its faults.
+
+    A run that holds a fault of the component is explained; one that concerns only what the
+    component disturbs is half explained.
+    """
     window = slice(soon[0].first, max(run.first for run in soon) + 1)
     raised = {run.row for run in soon}
     chosen: list[str] = []
     quiet: set[int] = set()
-    own = [fault for fault, name in bank.component.items() if name == component]
-    for fault in own:
+    for fault in (f for f, name in bank.component.items() if name == component):
         rows = [row for row, faults in enumerate(bank.faults) if fault in faults]
         hit = [row for row in rows if row in raised]
         still = [row for row in rows if row not in raised and _is_known(alarms, row, window)]
         if hit and len(hit) >= len(still):
             chosen.append(fault)
             quiet.update(still)
-    explained = {run.row: run for run in soon if set(bank.faults[run.row]) & set(chosen)}
-    weight = sum(_strength(run) for run in explained.values())
-    missed = sum(_strength(run) for run in early if run.row not in explained)
-    return weight - missed - QUIET_WEIGHT * len(quiet), tuple(chosen)
+    if not chosen:
+        return -float(len(early)), ()
+    disturbed = affected(component, bank.components)
+    weight = -QUIET_WEIGHT * len(quiet)
+    for run in {run.row: run for run in soon}.values():
+        if set(bank.faults[run.row]) & set(chosen):
+            weight += _strength(run)
+        elif bank.of(run.row) & disturbed:
+            weight += DISTURBED_WEIGHT * _strength(run)
+        elif run in early:
+            weight -= _strength(run)
+    return weight, tuple(chosen)
 
 
 def _strength(run: Run) -> float:

@@ -200,6 +200,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             component=entry.component or (entry.fault and "outside_model") or None,
             tolerance=tolerance,
             window=quantity(entry.window or 0.0, dimension("s")),
+            suspects=tuple(entry.suspects),
         )
     return None
 
@@ -233,6 +234,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             when=_condition(entry.when, draft),
             solves=frozenset(entry.solves or ()),
             component=entry.component,
+            suspects=tuple(entry.suspects),
         )
     return None
 
@@ -323,6 +325,7 @@ def _components(
         for name, d in draft.items("components")
     }
     named = [e.component for e in equations if e.component] + [m.component for m in measurements]
+    named += [name for equation in equations for name in equation.suspects]
     for name in named:
         listed.setdefault(name, Component(name))
     return listed

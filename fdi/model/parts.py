@@ -90,6 +90,8 @@ class Equation:
         The fault the equation brings, and whom a violation concerns.
     tolerance : float
         How far the two sides may differ in health, in the unit of the equation.
+    suspects : tuple of str
+        Further components that a violation may concern: what feeds the quantity.
     window : float
         s; a derivative is taken over at least this long, for quantities that are noisy but slow.
     """
@@ -106,6 +108,7 @@ class Equation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    suspects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,6 +76,7 @@ class EquationEntry(_Entry):
     cost: float = Field(default=1.0, gt=0)
     fault: str | None = None
     component: Name | None = None
+    suspects: list[Name] = []
     tolerance: Quantity | None = None
     window: Quantity | None = None
 
@@ -87,6 +88,7 @@ class LimitEntry(_Entry):
     min: float | str | None = None
     max: float | str | None = None
     component: Name | None = None
+    suspects: list[Name] = []
     when: str | None = None
     solves: list[Name] | None = None
 

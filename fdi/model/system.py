@@ -79,6 +79,7 @@ class SystemEquation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
     text: str = ""
 
@@ -295,6 +296,7 @@ def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
         component=equation.component,
         tolerance=equation.tolerance,
         window=equation.window,
+        suspects=equation.suspects,
         text=equation.text,
     )
 

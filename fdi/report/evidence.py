@@ -200,7 +200,14 @@ def _draw_channels(
             label=label(curve.name),
         )
     ax.set_ylabel(label(shown_unit, 12))
-    ax.legend(loc="upper left", fontsize=FONT - 1, framealpha=0.85, edgecolor="none", ncols=2)
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 0.97),
+        borderaxespad=0.0,
+        fontsize=FONT - 1,
+        frameon=False,
+        ncols=4,
+    )
 
 
 def _draw_ends(ax: Any, analysis: Analysis, window: tuple[float, float]) -> None:

@@ -13,7 +13,7 @@ from fdi.errors import UsageError
 from fdi.report.figures import fault_grid_figure, isolability_figure
 from fdi.report.html import html_report
 from fdi.report.json_text import json_text
-from fdi.report.style import image
+from fdi.report.style import Picture
 from fdi.report.tables import fault_grid_csv, isolability_csv, residuals_parquet
 from fdi.report.text import summary
 from fdi.result import Analysis
@@ -72,9 +72,10 @@ def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, 
         "fault_grid": fault_grid_figure(analysis),
         "isolability": isolability_figure(analysis.diagnosis.implementable),
     }
+    pictures = {name: Picture(figure) for name, figure in drawn.items()}
     for kind in ("png", "svg"):
         if kind in formats:
-            for name, figure in drawn.items():
-                yield f"{name}.{kind}", image(figure, kind)
+            for name, picture in pictures.items():
+                yield f"{name}.{kind}", picture.bytes(kind)
     if "html" in formats:
-        yield "report.html", html_report(analysis, drawn).encode()
+        yield "report.html", html_report(analysis, pictures).encode()

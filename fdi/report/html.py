@@ -14,7 +14,7 @@ from typing import Any, Final
 from fdi.diagnosis import Finding
 from fdi.diagnosis.explain import residual_unit
 from fdi.report.evidence import evidence_figure
-from fdi.report.style import image
+from fdi.report.style import Picture
 from fdi.report.text import onset
 from fdi.report.timeline import is_grave, told_events
 from fdi.report.words import (
@@ -39,13 +39,13 @@ SMALL: Final = 1_500_000
 """An SVG above this size, bytes, is embedded as PNG."""
 
 
-def html_report(analysis: Analysis, drawn: Mapping[str, Any]) -> str:
+def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
     """Return the report as one self-contained HTML page.
 
     Parameters
     ----------
     analysis : Analysis
-    drawn : mapping of str to matplotlib figure
+    pictures : mapping of str to Picture
         ``fault_grid`` and ``isolability``.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -74,7 +74,7 @@ def html_report(analysis: Analysis, drawn: Mapping[str, Any]) -> str:
         events_left=len(analysis.log.events) - len(events),
         residuals=_residuals(analysis),
         refused=_refused(analysis),
-        pictures={name: embedded(figure) for name, figure in drawn.items()},
+        pictures={name: embedded(picture) for name, picture in pictures.items()},
         policy_text=analysis.policy.description,
         model_text=analysis.airframe.description,
     )
@@ -85,12 +85,12 @@ def _finalize(value: Any) -> Any:
     return clean(value) if type(value) is str else "–" if value is None else value
 
 
-def embedded(figure: Any) -> str:
-    """Return a figure as a data URI: SVG, or PNG where that is much smaller."""
-    svg = image(figure, "svg")
+def embedded(picture: Picture) -> str:
+    """Return a picture as a data URI: SVG, or PNG where that is much smaller."""
+    svg = picture.bytes("svg")
     if len(svg) <= SMALL:
         return "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
-    return "data:image/png;base64," + base64.b64encode(image(figure, "png")).decode()
+    return "data:image/png;base64," + base64.b64encode(picture.bytes("png")).decode()
 
 
 def _finding(finding: Finding, place: int, analysis: Analysis) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def _finding(finding: Finding, place: int, analysis: Analysis) -> dict[str, Any]
         "onset": onset(finding, analysis),
         "alarm": log_time(finding.alarm, analysis.log),
         "end": None if finding.end is None else log_time(finding.end, analysis.log),
-        "picture": None if figure is None else embedded(figure),
+        "picture": None if figure is None else embedded(Picture(figure)),
     }
 
 

@@ -86,6 +86,20 @@ def image(figure: Any, kind: Literal["png", "svg"] | str) -> bytes:
     return out.getvalue()
 
 
+class Picture:
+    """A figure that is drawn at most once for each kind of picture."""
+
+    def __init__(self, figure: Any) -> None:
+        self._figure = figure
+        self._drawn: dict[str, bytes] = {}
+
+    def bytes(self, kind: str) -> bytes:
+        """Return the picture, ``png`` or ``svg``."""
+        if kind not in self._drawn:
+            self._drawn[kind] = image(self._figure, kind)
+        return self._drawn[kind]
+
+
 def label(text: object, most: int = 48) -> str:
     """Return foreign text fit for a figure."""
     shown = clean(text)

@@ -6,6 +6,7 @@ import pytest
 
 from fdi.report.figures import fault_grid_figure, isolability_figure
 from fdi.report.html import html_report
+from fdi.report.style import Picture
 from fdi.result import Analysis
 
 from .build import NOTHING, small_analysis, small_log
@@ -17,7 +18,7 @@ def page(analysis: Analysis) -> str:
         "fault_grid": fault_grid_figure(analysis),
         "isolability": isolability_figure(analysis.diagnosis.implementable),
     }
-    return html_report(analysis, drawn)
+    return html_report(analysis, {name: Picture(figure) for name, figure in drawn.items()})
 
 
 class Tags(HTMLParser):
