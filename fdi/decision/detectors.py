@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
 from fdi.decision.noise import airborne_mask, centres, spread_factors, reference_mask
+from fdi.model.parts import Kind
 from fdi.residuals import Residuals
 
 if TYPE_CHECKING:
@@ -61,6 +62,10 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
     factor = spread_factors(
         deviation, spread, calm, block, recipe.least_factor, recipe.most_factor
     )
+    # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
+    equations = residuals.bank.system.equations
+    bounded = [equations[g.residual].kind is Kind.LIMIT for g in residuals.bank.generators]
+    factor = np.where(bounded, 1.0, factor)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
     state = _states(np.abs(values - centre[:, None]), threshold)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))

@@ -27,8 +27,8 @@ SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
-QUIET_WEIGHT: Final = 0.5
-"""A quiet test counts half a trigger: its power at that moment is not known."""
+QUIET_WEIGHT: Final = 0.25
+"""A quiet test counts a quarter of a trigger: its power at that moment is not known."""
 DISTURBED_WEIGHT: Final = 0.5
 """An alarm that a candidate explains only through what it disturbs counts half."""
 TIE: Final = 0.1
@@ -173,7 +173,8 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     # What disturbs a candidate and shows itself soon after may have been seen later only because
     # its tests are less sensitive.
     around = {name for run in soon for name in bank.of(run.row)}
-    upstream = {n for n in around if affected(n, bank.components) & pool} | pool
+    upstream = {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)} | pool
+    upstream -= {n for n in upstream if any(_only_disturbs(m, n, bank) for m in single)}
     weights = {name: _weigh(name, early, soon, alarms, bank) for name in sorted(upstream)}
     ordered = sorted(upstream, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
     top = weights[ordered[0]][0]
@@ -184,6 +185,12 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     total = sum(max(w, 0.0) for w, _ in weights.values())
     tied = tuple(sorted(n for n in close if n != leading and weights[n][0] == weight))
     return Cause(leading, faults, explained, weight, total, tied) if explained else None
+
+
+def _only_disturbs(cause: str, effect: str, bank: _Concerns) -> bool:
+    """Return whether one component disturbs the other and is not disturbed by it."""
+    components = bank.components
+    return effect in affected(cause, components) and cause not in affected(effect, components)
 
 
 def _precedence(name: str, among: Iterable[str], bank: _Concerns) -> tuple[int, int]:

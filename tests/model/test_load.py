@@ -1,0 +1,256 @@
+"""Model files: what a good one gives, and that a bad one is told everything at once."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fdi.errors import ModelError
+from fdi.model import load_airframe, shipped_models
+from fdi.model.choose import vehicles_of
+from fdi.model.load import find_model
+from fdi.model.yaml import read_document
+
+GOOD = """format: 1
+name: cart
+variables:
+  v: {unit: m/s, domain: [0, null]}
+  x: {unit: m}
+parameters:
+  v_max: {value: 5, unit: m/s, source: brochure, log: {name: [VMAX, V_MAX], scale: 0.01}}
+equations:
+  k_1: v = der(x)
+  k_2: {text: "v = v_max", fault: stuck, component: wheel, when: "v > 1 and armed"}
+limits:
+  l_1: {variable: v, min: 0, max: v_max, component: wheel}
+equalities:
+  e_1: {text: "x = 0", tolerance: 50 cm}
+measurements:
+  VFR_HUD:
+    component: estimator
+    latency: 200 ms
+    fields:
+      groundspeed: {variable: v, accuracy: 36 km/h, offset: 0.1}
+  32:
+    when: x < 1000
+    fields:
+      x: {variable: x, value: "x*2 + v_max", when: "y > 0", group: navigation}
+"""
+
+
+def write(folder, text, name="m.yaml"):
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def problems(folder, text, name="m.yaml"):
+    with pytest.raises(ModelError) as raised:
+        load_airframe(write(folder, text, name))
+    assert all("\n" not in problem for problem in raised.value.problems)
+    return list(raised.value.problems)
+
+
+def test_a_good_file_gives_an_airframe_in_the_units_of_its_variables(tmp_path):
+    airframe = load_airframe(write(tmp_path, GOOD))
+    assert [e.name for e in airframe.equations] == ["k_1", "k_2", "l_1", "e_1"]
+    assert airframe.equations[1].fault == "stuck"
+    assert airframe.equations[3].tolerance == pytest.approx(0.5)
+    speed, place = airframe.measurements
+    assert str(speed.channel) == "VFR_HUD.groundspeed"
+    assert (speed.accuracy, speed.offset) == (pytest.approx(10.0), 0.1)
+    assert speed.latency == pytest.approx(0.2)
+    assert str(place.channel) == "LOCAL_POSITION_NED.x"
+    assert place.when.operator == "and"
+    assert place.group == "navigation"
+    assert airframe.parameters["v_max"].log_names == ("VMAX", "V_MAX")
+    assert set(airframe.components) == {"wheel", "estimator", "outside_model"}
+
+
+def test_a_kept_airframe_equals_the_one_that_was_assembled(tmp_path, monkeypatch):
+    monkeypatch.setenv("FDI_CACHE_DIR", str(tmp_path / "cache"))
+    path = write(tmp_path, GOOD)
+    first, second = load_airframe(path), load_airframe(path)
+    assert len(list((tmp_path / "cache").iterdir())) == 1
+    for name in first.__slots__:
+        assert getattr(first, name) == getattr(second, name), name
+
+
+@pytest.mark.parametrize("change", ["main", "included", "beside"])
+def test_a_changed_file_is_read_anew(change, tmp_path):
+    text = GOOD.replace("name: cart", "name: cart\ninclude: [parts/more.yaml]")
+    more = "format: 1\nname: more\ncomponents:\n  wheel: {description: one}\n"
+    path = write(tmp_path, text)
+    included = write(tmp_path, more, "parts/more.yaml")
+    before = load_airframe(path)
+    assert before.components["wheel"].description == "one"
+    if change == "main":
+        write(tmp_path, text.replace("brochure", "measured"))
+        assert load_airframe(path).parameters["v_max"].source == "measured"
+    elif change == "included":
+        write(tmp_path, more.replace("one", "two"), "parts/more.yaml")
+        assert load_airframe(path).components["wheel"].description == "two"
+    else:
+        included.unlink()
+        with pytest.raises(ModelError, match="is not found"):
+            load_airframe(path)
+
+
+BAD = {  # what to replace, by what, what is said, in which line
+    "unknown symbol": ("v = der(x)", "v = 2*nothing", "unknown symbol 'nothing'", 9),
+    "unit mismatch": ("v = der(x)", "v = x", r"unit mismatch: v \(m/s\) does not fit x \(m\)", 9),
+    "derivative inside": ("v = der(x)", "v = 2*der(x)", "der.x. stands alone", 9),
+    "two equals signs": ("v = der(x)", "v = x = 3", "one equals sign", 9),
+    "code": ("v = der(x)", "v = __import__('os')", "unknown function '__import__'", 9),
+    "tower": ("v = der(x)", "v = 9**9**9**9", "exponent", 9),
+    "brackets": ("v = der(x)", "v = " + "(" * 10_000, "characters", 9),
+    "fault twice": ("fault: stuck", "fault: VFR_HUD.groundspeed", "is brought twice, first at", 20),
+    "unknown unit": ("unit: m/s, source", "unit: bananas, source", "'bananas' is not a unit", 7),
+    "condition": ("v > 1 and armed", "v + 1", "must be a condition", 10),
+    "unit in a condition": ("v > 1 and armed", "v > x", "does not fit", 10),
+    "unknown name in a condition": ("v > 1 and armed", "mood == 1", "unknown symbol 'mood'", 10),
+    "limit of nothing": ("variable: v, min", "variable: w, min", "unknown symbol 'w'", 12),
+    "limit without bounds": ("min: 0, max: v_max, ", "", "neither a min nor a max", 12),
+    "tolerance": ("50 cm", "50 s", "does not fit the unit", 14),
+    "accuracy": ("36 km/h", "-1", "accuracy is -1, must be positive", 20),
+    "accuracy in another unit": ("36 km/h", "3 K", "does not fit", 20),
+    "no such field": ("groundspeed:", "groundspeeed:", "has no field groundspeeed", 20),
+    "no such message": ("  32:\n", "  99999:\n", "no MAVLink message has the number", 24),
+    "unknown variable": ("{variable: x, value", "{variable: y, value", "unknown symbol 'y'", 24),
+    "empty domain": ("[0, null]", "[2, 1]", "the domain .2, 1. is empty", 4),
+    "reserved": ("  x: {unit: m}", "  x: {unit: m}\n  armed: {unit: m}", "meaning of its own", 6),
+    "unused variable": ("  x: {unit: m}", "  x: {unit: m}\n  z: {unit: m}", "'z' is in no equation", 6),
+    "nothing to identify": ("value: 5, ", "", "neither a value nor anything", 7),
+    "solves a stranger": ("fault: stuck", "solves: [x], fault: stuck", "solves x, which it does not", 10),
+    "duplicate key": ("  x: {unit: m}", "  x: {unit: m}\n  x: {unit: m}", "duplicate key 'x'", 6),
+    "unknown key": ("source: brochure", "sauce: brochure", "sauce: unknown key", 7),
+    "wrong type": ("value: 5", "value: much", "value: Input should be", 7),
+    "wrong format": ("format: 1", "format: 2", "format: Input should be 1", 1),
+    "no format": ("format: 1\n", "", "format: Field required", 1),
+    "bad name": ("  v: {unit", "  v w: {unit", "should match pattern|unknown symbol", 4),
+    "component with markup": ("component: wheel}", "component: '<b>'}", "should match pattern", 12),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_problem_is_reported_with_file_line_and_reason(name, tmp_path):
+    old, new, message, line = BAD[name]
+    assert old in GOOD
+    import re
+
+    found = problems(tmp_path, GOOD.replace(old, new, 1))
+    hits = [problem for problem in found if re.search(message, problem)]
+    assert hits, found
+    assert hits[0].startswith(f"m.yaml:{line}: "), hits[0]
+
+
+def test_all_problems_are_reported_together(tmp_path):
+    text = GOOD
+    for old, new in (
+        ("v = der(x)", "v = nothing"),
+        ("50 cm", "50 s"),
+        ("36 km/h", "much"),
+        ("unit: m/s, source", "unit: bananas, source"),
+    ):
+        text = text.replace(old, new, 1)
+    found = problems(tmp_path, text)
+    assert [int(problem.split(":")[1]) for problem in sorted(found, key=lambda p: int(p.split(":")[1]))] == [
+        7, 9, 14, 20,
+    ]  # fmt: skip
+
+
+BASE = "format: 1\nname: b\nvariables:\n  y: {unit: m}\nequations:\n  k_9: y = 3\n"
+
+
+def with_line(text, line):
+    return text.replace("name: cart\n", f"name: cart\n{line}\n")
+
+
+def test_a_second_definition_is_an_error_unless_the_file_extends_the_first(tmp_path):
+    write(tmp_path, BASE, "b.yaml")
+    again = GOOD.replace("  k_1:", "  k_9: y = 4\n  k_1:")
+    found = problems(tmp_path, with_line(again, "include: [b.yaml]"))
+    assert found == ["m.yaml:10: 'k_9' is defined twice, first at b.yaml:6"]
+    airframe = load_airframe(write(tmp_path, with_line(again, "extends: b")))
+    assert [e.text for e in airframe.equations if e.name == "k_9"] == ["y = 4"]
+
+
+def test_extending_one_file_does_not_open_what_another_one_defined(tmp_path):
+    write(tmp_path, BASE, "b.yaml")
+    write(tmp_path, "format: 1\nname: c\nparameters:\n  c_1: {value: 1, unit: m}\n", "c.yaml")
+    text = GOOD.replace("  v_max:", "  c_1: {value: 2, unit: m}\n  v_max:")
+    found = problems(tmp_path, with_line(text, "include: [c.yaml]\nextends: b"))
+    assert len(found) == 1
+    assert "'c_1' is defined twice" in found[0]
+
+
+def test_a_file_that_two_others_include_counts_once(tmp_path):
+    write(tmp_path, BASE, "b.yaml")
+    for name in "cd":
+        write(tmp_path, f"format: 1\nname: {name}\ninclude: [b.yaml]\n", f"{name}.yaml")
+    airframe = load_airframe(write(tmp_path, with_line(GOOD, "include: [c.yaml, d.yaml]")))
+    assert "k_9" in {e.name for e in airframe.equations}
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ("../secret.yaml", "lies outside the model's folder"),
+        ("/etc/passwd", "lies outside the model's folder"),
+        ("link.yaml", "lies outside the model's folder"),
+        ("nothing.yaml", "is not found beside the file or among the models"),
+        ("http://example.org/x.yaml", "is not found"),
+        ("m.yaml", "includes itself"),
+        ("circle.yaml", "includes itself"),
+    ],
+)
+def test_what_a_file_may_include_is_bounded(target, message, tmp_path):
+    write(tmp_path, "format: 1\nname: secret\n", "secret.yaml")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "link.yaml").symlink_to(tmp_path / "secret.yaml")
+    write(tmp_path, "format: 1\nname: circle\ninclude: [m.yaml]\n", "in/circle.yaml")
+    found = problems(tmp_path / "in", with_line(GOOD, f"include: ['{target}']"))
+    assert len(found) == 1
+    assert message in found[0]
+    assert found[0].startswith(("m.yaml:3: ", "circle.yaml:3: "))
+
+
+def test_a_problem_in_an_included_file_names_that_file(tmp_path):
+    write(tmp_path, BASE.replace("y = 3", "y = sin(y)"), "b.yaml")
+    assert problems(tmp_path, with_line(GOOD, "include: [b.yaml]"))[0].startswith("b.yaml:6: ")
+
+
+def test_a_chain_of_very_many_files_is_refused(tmp_path):
+    for i in range(60):
+        write(tmp_path, f"format: 1\nname: f\ninclude: [f{i + 1}.yaml]\n", f"f{i}.yaml")
+    with pytest.raises(ModelError, match="includes more than 50 files"):
+        load_airframe(tmp_path / "f0.yaml")
+
+
+@pytest.mark.parametrize("name", ["no_such_model", "no/such/file.yaml"])
+def test_a_name_that_is_no_model_is_told_what_there_is(name):
+    with pytest.raises(ModelError, match="neither a file nor a shipped model"):
+        load_airframe(name)
+
+
+@pytest.mark.parametrize("name", shipped_models())
+def test_type_of_vehicle_is_found_without_parsing_a_shipped_model(name):
+    path = find_model(name)
+    assert list(vehicles_of(path)) == read_document(path).tree.get("vehicles", [])
+
+
+def test_a_warm_load_needs_neither_parser_nor_checker(tmp_path):
+    path = write(tmp_path, GOOD)
+    code = (
+        f"import sys; from fdi.model import load_airframe; load_airframe({str(path)!r}).observe();"
+        "heavy = ('ruamel.yaml', 'pydantic', 'pint', 'sympy', 'pymavlink');"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    root = Path(__file__).parents[2]
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=60
+        )
+    assert done.stdout.strip() == "[]", done.stderr

@@ -1,0 +1,173 @@
+"""A whole small model: what residuals show of a fault, and how far they stray without one."""
+
+import numpy as np
+import pytest
+
+from fdi.model.parts import Kind
+from fdi.residuals import Differentiation, build_bank
+from fdi.telemetry import Channel, Signals
+from fdi.telemetry.events import flight_state
+
+from .build import GLIDER, airframe
+
+RATE = 5.0
+
+
+def signals(system, columns, rate=RATE):
+    """Signals by hand; the channels' own period is 0, so that times are certain."""
+    t = np.arange(len(next(iter(columns.values())))) / rate
+    by_channel = {Channel.parse(name): np.asarray(c, dtype=float) for name, c in columns.items()}
+    assert set(by_channel) == {request.channel for request in system.channels}
+    period = dict.fromkeys(by_channel, 0.0)
+    return Signals(t, by_channel, period, flight_state(t, (), ()), rate, (), (), {}, "by hand")
+
+
+def truth(n):
+    """A steady course, the speed far from zero."""
+    t = np.arange(n) / RATE
+    return {
+        "LOCAL_POSITION_NED.vx": np.full(n, 9.0),
+        "LOCAL_POSITION_NED.vy": np.full(n, -12.0),
+        "GPS_RAW_INT.vel": np.full(n, 15.0),
+        "GPS_RAW_INT.cog": np.full(n, np.arctan2(-12.0, 9.0)),
+        "VFR_HUD.alt": 100 + 2.0 * t,
+        "VFR_HUD.climb": np.full(n, 2.0),
+    }
+
+
+ACCURACY = {
+    "LOCAL_POSITION_NED.vx": 0.2,
+    "LOCAL_POSITION_NED.vy": 0.2,
+    "GPS_RAW_INT.vel": 0.3,
+    "GPS_RAW_INT.cog": np.radians(3),
+    "VFR_HUD.alt": 0.1,
+    "VFR_HUD.climb": 0.4,
+}
+
+
+@pytest.fixture(scope="module")
+def bank(tmp_path_factory):
+    return build_bank(airframe(tmp_path_factory.mktemp("m")).observe(), "mtes+cross_checks")
+
+
+def run(bank, columns):
+    return bank.evaluate(signals(bank.system, columns), Differentiation())
+
+
+def test_bank_holds_the_checks_that_the_model_allows(bank):
+    vx, vy = "LOCAL_POSITION_NED.vx", "LOCAL_POSITION_NED.vy"
+    vel, cog, alt, climb = *list(ACCURACY)[2:4], "VFR_HUD.alt", "VFR_HUD.climb"
+    assert {(frozenset(g.faults), g.restricted, g.origin) for g in bank.generators} == {
+        (frozenset({vx, vy, vel}), True, "mtes"),
+        (frozenset({vx, vy, cog}), True, "mtes"),
+        (frozenset({vx, vel, cog}), False, "mtes"),  # a loop gives the other component
+        (frozenset({vy, vel, cog}), False, "mtes"),
+        (frozenset({alt}), True, "mtes"),  # its limit hides the next one from the minimal sets
+        (frozenset({alt, climb}), True, "cross_check"),
+    }
+    assert [n.faults for n in bank.not_implementable] == [(climb,)]
+
+
+def test_residuals_are_zero_when_nothing_is_wrong(bank):
+    found = run(bank, truth(100))
+    assert np.nanmax(np.abs(found.values)) < 1e-9
+    assert np.isfinite(found.values).sum() > 0.9 * found.values.size
+
+
+@pytest.mark.parametrize("channel", sorted(ACCURACY))
+def test_a_drift_of_one_channel_shows_in_exactly_the_residuals_of_its_signature(bank, channel):
+    columns = truth(100)
+    healthy = run(bank, columns).values
+    # upwards for the height, so that the limit of the height is not what is tested
+    drift = np.linspace(0, 40 if "alt" not in channel else 1e4, 100) * ACCURACY[channel]
+    shown = run(bank, {**columns, channel: columns[channel] + drift}).values
+    moved = {
+        g.id
+        for g, before, after in zip(bank.generators, healthy, shown, strict=True)
+        if np.nanmax(np.abs(after - before)) > 1e-6
+    }
+    holding = {g.id for g in bank.generators if channel in g.faults}
+    if channel == "VFR_HUD.alt":  # within its limits the limit shows nothing
+        limited = {g.id for g in bank.generators if g.faults == (channel,)}
+        assert holding - limited <= moved <= holding
+    else:
+        assert moved == holding
+
+
+def test_predicted_spread_is_the_measured_one_within_ten_percent(bank):
+    rng = np.random.default_rng(7)
+    n = 20_000
+    columns = {name: column + rng.normal(0, ACCURACY[name], n) for name, column in truth(n).items()}
+    found = run(bank, columns)
+    checked = 0
+    for generator, values, spread in zip(bank.generators, found.values, found.spread, strict=True):
+        if bank.system.equations[generator.residual].kind != Kind.LIMIT:
+            assert np.nanmedian(spread) == pytest.approx(np.nanstd(values), rel=0.1), generator
+            checked += 1
+    assert checked == 5
+
+
+def test_an_unknown_input_makes_exactly_the_residuals_that_use_it_unknown(bank):
+    columns = truth(60)
+    columns["GPS_RAW_INT.vel"][30] = np.nan
+    found = run(bank, columns)
+    for generator, values in zip(bank.generators, found.values, strict=True):
+        names = {bank.system.equations[i].name for i in generator.equations}
+        # the course also asks for the ground speed, as its condition
+        asked = "GPS_RAW_INT.vel" in generator.faults or "k_2" in names
+        assert np.isnan(values[30]) == asked
+
+
+def test_where_a_condition_does_not_hold_the_residual_is_unknown(bank):
+    columns = truth(60)
+    for name in ("LOCAL_POSITION_NED.vx", "LOCAL_POSITION_NED.vy", "GPS_RAW_INT.vel"):
+        columns[name][40:] *= 0.1
+    found = run(bank, columns)
+    row = next(i for i, g in enumerate(bank.generators) if "GPS_RAW_INT.cog" in g.faults)
+    assert np.isfinite(found.values[row, :40]).all()
+    assert np.isnan(found.values[row, 40:]).all()
+
+
+def test_a_difference_of_angles_is_wrapped(bank):
+    columns = truth(20)
+    columns["LOCAL_POSITION_NED.vx"][:], columns["LOCAL_POSITION_NED.vy"][:] = -15.0, -0.01
+    columns["GPS_RAW_INT.cog"][:] = np.pi - 0.001
+    row = next(i for i, g in enumerate(bank.generators) if "GPS_RAW_INT.cog" in g.faults)
+    assert np.nanmax(np.abs(run(bank, columns).values[row])) < 0.01
+
+
+def test_a_limit_shows_by_how_much_it_is_exceeded(tmp_path):
+    bank = build_bank(airframe(tmp_path).observe(), "mtes")
+    columns = truth(10)
+    columns["VFR_HUD.alt"] = np.linspace(4900, 5100, 10)
+    row = next(i for i, g in enumerate(bank.generators) if g.faults == ("VFR_HUD.alt",))
+    excess = np.abs(run(bank, columns).values[row])
+    assert excess == pytest.approx(np.maximum(columns["VFR_HUD.alt"] - 5000, 0))
+
+
+LOOP = GLIDER.replace(
+    'k_2: {text: "course = atan2(v_e, v_n)", when: "v_ground > slow", solves: [course]}',
+    'k_2: {text: "tan(course) = v_e/v_n", when: "v_ground > slow", solves: []}',
+)
+
+
+def test_a_loop_with_a_condition_is_solved_where_it_holds(tmp_path):
+    bank = build_bank(airframe(tmp_path, LOOP).observe(), "mtes+cross_checks")
+    loops = [g for g in bank.generators if not g.restricted]
+    assert loops
+    assert all("GPS_RAW_INT.cog" in g.faults for g in loops)
+    columns = truth(40)
+    for name in ("LOCAL_POSITION_NED.vx", "LOCAL_POSITION_NED.vy", "GPS_RAW_INT.vel"):
+        columns[name][20:] *= 0.1
+    found = run(bank, columns)
+    for row, generator in enumerate(bank.generators):
+        if not generator.restricted:
+            assert np.abs(found.values[row, :20]).max() < 1e-6
+            assert np.isnan(found.values[row, 20:]).all()
+            assert (found.spread[row, :20] > 0).all()
+
+
+def test_values_cannot_be_written(bank):
+    found = run(bank, truth(10))
+    with pytest.raises(ValueError, match="read-only"):
+        found.values[0, 0] = 1.0
