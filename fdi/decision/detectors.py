@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
-from fdi.decision.noise import airborne_mask, centres, spread_factors, reference_mask
+from fdi.decision.noise import airborne_mask, centres, reference_mask, spread_factors
 from fdi.model.parts import Kind
 from fdi.residuals import Residuals
 
@@ -59,9 +59,7 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
     deviation = np.maximum(np.abs(values - centre[:, None]) - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     calm = airborne_mask(signals)
-    factor = spread_factors(
-        deviation, spread, calm, block, recipe.least_factor, recipe.most_factor
-    )
+    factor = spread_factors(deviation, spread, calm, block, recipe.least_factor, recipe.most_factor)
     # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
     equations = residuals.bank.system.equations
     bounded = [equations[g.residual].kind is Kind.LIMIT for g in residuals.bank.generators]

@@ -57,9 +57,14 @@ def centres(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> 
 
 
 def spread_factors(
-    deviations: Floats, spread: Floats, calm: NDArray[np.bool_], block: int, least: float, most: float
+    deviations: Floats,
+    spread: Floats,
+    calm: NDArray[np.bool_],
+    block: int,
+    least: float,
+    most: float,
 ) -> Floats:
-    """Return by which factor the stated spread of every residual is off, from ``least`` to ``most``.
+    """Return by which factor the stated spread of every residual is off, within bounds.
 
     Parameters
     ----------

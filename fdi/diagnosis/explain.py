@@ -43,17 +43,31 @@ def sentence(run: Run, alarms: Alarms) -> str:
     size = np.abs(residuals.values[run.row, span] - alarms.centre[run.row])
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
     label, scale, _ = customary(residual_unit(bank, equation))
+    label = "" if label == "1" else label
     amount = f"{size[worst] * scale:.3g} {label}".strip()
-    limit = alarms.threshold[run.row, span][worst] * scale
+    bound = f"{alarms.threshold[run.row, span][worst] * scale:.3g} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
-    names = " and ".join(channels_of(bank, generator)) or equation.name
+    sensors, inputs = _sources(bank, generator)
+    names = " and ".join(sensors) or " and ".join(inputs) or equation.name
     if equation.kind is Kind.LIMIT:
-        return f"{names} violates {equation.text} by up to {amount} {when}"
-    relation = equation.text or equation.name
-    bound = f"{limit:.3g} {label}".strip()
-    return f"{names} contradict{'' if ' and ' in names else 's'} {relation} by up to {amount} " + (
-        f"where {bound} is within health, {when}"
+        what = equation.name.replace("_", " ")
+        return f"{what}: {statement(equation)} is violated by up to {amount} {when} ({names})"
+    against = f" against {', '.join(inputs)}" if sensors and inputs else ""
+    agree = "do" if len(sensors) > 1 else "does"
+    return (
+        f"{names}{against} {agree} not agree: off by up to {amount} {when}, "
+        f"{bound} is within health"
     )
+
+
+def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the channels that bring faults, and those that are inputs."""
+    found: tuple[dict[str, None], dict[str, None]] = ({}, {})
+    for number in generator.equations:
+        measurement = bank.system.equations[number].measurement
+        if measurement is not None:
+            found[measurement.trusted][str(measurement.channel)] = None
+    return tuple(found[0]), tuple(found[1])
 
 
 def channels_of(bank: Bank, generator: Generator) -> tuple[str, ...]:

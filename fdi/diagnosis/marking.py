@@ -2,8 +2,8 @@
 
 ``all_residuals``: the published rule, exoneration: every generator that holds the fault triggers.
 ``majority``: at least one generator that holds the fault is in alarm, and at least half of those
-that are known; a test that did not see a fault does not exonerate it alone, because its power may be
-too small. An undetectable fault is never marked; a fault none of whose generators is known is
+that are known; a test that did not see a fault does not exonerate it alone, because its power may
+be too small. An undetectable fault is never marked; a fault none of whose generators is known is
 unknown.
 """
 

@@ -49,7 +49,7 @@ class _Draft:
     """What has been read so far, and what was wrong with it."""
 
     found: Definitions
-    units: dict[str, Dimension] = field(default_factory=dict)
+    units: dict[str, Dimension | None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     faults: dict[str, str] = field(default_factory=dict)
 
@@ -139,7 +139,7 @@ def _variable(name: str, definition: Definition, draft: _Draft) -> Variable | No
     with draft.reporting(definition):
         if name in RESERVED:
             raise ValueError(f"{name!r} has a meaning of its own in every model")
-        draft.units[name] = Dimension(1.0, (), "")  # a wrong unit must not make the name unknown
+        draft.units[name] = None  # a wrong unit is one problem, not one for every use of the name
         draft.units[name] = dimension(entry.unit)
         low, high = entry.domain
         if low is not None and high is not None and low >= high:
@@ -153,7 +153,7 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
     with draft.reporting(definition):
         if name in draft.units or name in RESERVED:
             raise ValueError(f"{name!r} is a variable already, or has a meaning of its own")
-        draft.units[name] = Dimension(1.0, (), "")
+        draft.units[name] = None
         draft.units[name] = dimension(entry.unit)
         value = entry.value if entry.identify is None else entry.identify.prior
         if value is None:
@@ -212,14 +212,14 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             raise ValueError(f"unknown symbol {entry.variable!r}")
         variable: Expression = Symbol(entry.variable)
         terms: list[Expression] = []
-        bounds: list[str] = []
+        text = entry.variable
         for bound, sign in ((entry.min, 1), (entry.max, -1)):
-            bounds.append("inf" if bound is None else str(bound))
             if bound is None:
                 continue
             value = parse(bound) if isinstance(bound, str) else Number(float(bound))
             draft.check_names(value)
             terms.append(Apply("-", (value, variable) if sign > 0 else (variable, value)))
+            text = f"{bound} <= {text}" if sign > 0 else f"{text} <= {bound}"
         if not terms:
             raise ValueError("has neither a min nor a max")
         excess = Apply("max", (*terms, Number(0.0)))
@@ -228,7 +228,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
         return Equation(
             name,
             Kind.LIMIT,
-            f"lim({entry.variable}, {bounds[0]}, {bounds[1]}) = 0",
+            text,
             excess,
             Number(0.0),
             when=_condition(entry.when, draft),
@@ -283,13 +283,14 @@ def _message(
             draft.used.add(item.variable)
             if not trusted:
                 draft.bring_fault(str(channel), definition, *part)
-            yield _measurement(channel, entry, item, trusted, draft)
+            unit = draft.units[item.variable]
+            if unit is not None:
+                yield _measurement(channel, entry, item, trusted, unit)
 
 
 def _measurement(
-    channel: Channel, entry: Any, item: Any, trusted: bool, draft: _Draft
+    channel: Channel, entry: Any, item: Any, trusted: bool, unit: Dimension
 ) -> Measurement:
-    unit = draft.units[item.variable]
     accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
     if accuracy is not None and accuracy <= 0:
         raise ValueError(f"accuracy is {accuracy:g}, must be positive")

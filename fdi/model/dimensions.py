@@ -95,14 +95,14 @@ def quantity(value: float | str, unit: Dimension) -> float:
     return magnitude * own.factor / unit.factor
 
 
-def dimension_of(expression: Expression, units: Mapping[str, Dimension]) -> Dimension | None:
+def dimension_of(expression: Expression, units: Mapping[str, Dimension | None]) -> Dimension | None:
     """Return the dimension of an expression; None for a bare number, which fits everything.
 
     Parameters
     ----------
     expression : Expression
     units : mapping of str to Dimension
-        Of every name in it; a name that is missing (a flight state) fits everything.
+        Of every name in it; one that is missing (a flight state) or None fits everything.
 
     Raises
     ------

@@ -1,0 +1,175 @@
+"""What of a model holds with one log."""
+
+import numpy as np
+import pytest
+
+from fdi.errors import LogError, ModelError
+from fdi.model import load_airframe
+from fdi.model.parts import Kind
+from fdi.telemetry import Channel
+
+MODEL = """format: 1
+name: cart
+variables:
+  v: {unit: m/s, domain: [0, null]}
+  w: {unit: m/s}
+  x: {unit: m}
+  a: {unit: rad, circular: true}
+  i: {unit: A}
+parameters:
+  scale: {value: 5, unit: "1", log: {name: [NEW_SCALE, OLD_SCALE], scale: 0.01}}
+equations:
+  k_1: v = der(x)
+  k_2: v = sqrt(w**2 + 9)
+  k_3: {text: "v = 2*w", solves: [v]}
+limits:
+  l_1: {variable: i, max: 30}
+measurements:
+  VFR_HUD:
+    component: estimator
+    fields:
+      groundspeed: {variable: v, accuracy: 1, when: "airspeed > scale"}
+      alt: {variable: x, value: "alt*scale"}
+  74:
+    fields: {airspeed: {variable: w}}
+  ATTITUDE: {fields: {yaw: {variable: a}}}
+  BATTERY_STATUS[1]: {fields: {current_battery: {variable: i, component: battery}}}
+inputs:
+  NAV_CONTROLLER_OUTPUT: {fields: {xtrack_error: {variable: x}}}
+"""
+UNITS = {"groundspeed": "m/s", "airspeed": "m/s", "alt": "m", "yaw": "rad", "current_battery": "A"}
+
+
+class StubMessage:
+    def __init__(self, fields, units):
+        self.fields, self._units = tuple(fields), units
+
+    def unit(self, name):
+        return self._units.get(name, "")
+
+
+def stub_log(messages, parameters=None, units=UNITS):
+    """As much of a log as observing asks for."""
+    table = {key: StubMessage(fields, units) for key, fields in messages.items()}
+
+    class StubLog(dict):
+        name = "stub.tlog"
+        channels = frozenset(
+            Channel.parse(f"{key}.{name}") for key, fields in messages.items() for name in fields
+        )
+
+    log = StubLog(table)
+    log.parameters = parameters or {}
+    return log
+
+
+@pytest.fixture(scope="module")
+def airframe(tmp_path_factory):
+    path = tmp_path_factory.mktemp("m") / "m.yaml"
+    path.write_text(MODEL, encoding="utf-8")
+    return load_airframe(path)
+
+
+def names(system):
+    return [e.name for e in system.equations if e.kind in (Kind.MEASUREMENT, Kind.INPUT)]
+
+
+def test_without_a_log_every_measurement_counts_as_present(airframe):
+    system = airframe.observe()
+    assert set(names(system)) == {
+        "VFR_HUD.groundspeed", "VFR_HUD.alt", "VFR_HUD.airspeed", "ATTITUDE.yaw",
+        "BATTERY_STATUS[1].current_battery", "NAV_CONTROLLER_OUTPUT.xtrack_error>x",
+    }  # fmt: skip
+    assert len(system.faults) == 5  # an input brings none
+
+
+def test_what_an_input_shows_is_no_unknown_of_the_structure(airframe):
+    system = airframe.observe()
+    assert "x" in system.unknowns
+    assert "x" not in system.structure().unknowns
+    assert system.equations[system.inputs["x"]].kind is Kind.INPUT
+
+
+def test_only_what_the_log_has_is_measured(airframe):
+    system = airframe.observe(stub_log({"VFR_HUD": ["groundspeed", "airspeed"]}))
+    assert set(names(system)) == {"VFR_HUD.groundspeed", "VFR_HUD.airspeed"}
+    assert any("VFR_HUD.alt" in warning for warning in system.warnings)
+    assert [fault.name for fault in system.faults] == ["VFR_HUD.groundspeed", "VFR_HUD.airspeed"]
+    for fault in system.faults:
+        assert system.equations[fault.equation].name == fault.name
+
+
+def test_an_instance_is_another_message(airframe):
+    other = airframe.observe(stub_log({"BATTERY_STATUS": ["current_battery"], "ATTITUDE": ["yaw"]}))
+    assert names(other) == ["ATTITUDE.yaw"]
+    own = airframe.observe(stub_log({"BATTERY_STATUS[1]": ["current_battery"]}))
+    assert names(own) == ["BATTERY_STATUS[1].current_battery"]
+    assert own.faults[0].component == "battery"
+
+
+def test_a_log_without_any_measured_channel_is_refused(airframe):
+    with pytest.raises(
+        LogError, match=r"stub.tlog: holds no message that the model 'cart' measures"
+    ):
+        airframe.observe(stub_log({"HEARTBEAT": ["type"]}))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "value", "source"),
+    [
+        ({}, 5.0, "default"),
+        ({"OLD_SCALE": 700}, 7.0, "log"),
+        ({"OLD_SCALE": 1, "NEW_SCALE": 900}, 9.0, "log"),
+    ],
+)
+def test_a_parameter_comes_from_the_log_where_it_is_there(airframe, parameters, value, source):
+    system = airframe.observe(stub_log({"VFR_HUD": ["airspeed", "alt", "groundspeed"]}, parameters))
+    assert system.parameters["scale"].value == pytest.approx(value)
+    assert system.parameters["scale"].source == source
+    alt = next(r for r in system.channels if r.channel.field == "alt")
+    assert alt.value({"alt": np.array([2.0])}) == pytest.approx([2.0 * value])
+
+
+def test_a_request_names_the_fields_it_reads_and_no_parameter(airframe):
+    requests = {r.channel.field: r for r in airframe.observe().channels}
+    assert set(requests["groundspeed"].fields) == {"groundspeed", "airspeed"}
+    assert requests["alt"].fields == ("alt",)
+    valid = requests["groundspeed"].valid({"airspeed": np.array([1.0, 9.0, np.nan])})
+    assert valid.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("unit", ["deg", "s"])
+def test_a_log_in_another_unit_is_refused(airframe, unit):
+    log = stub_log({"ATTITUDE": ["yaw"]}, units={"yaw": unit})
+    with pytest.raises(ModelError, match=rf"ATTITUDE.yaw: the log gives '{unit}'"):
+        airframe.observe(log)
+
+
+def test_a_unit_spelled_otherwise_fits(airframe):
+    log = stub_log({"VFR_HUD": ["airspeed"]}, units={"airspeed": "m*Hz"})
+    assert names(airframe.observe(log)) == ["VFR_HUD.airspeed"]
+
+
+def test_edges_say_what_an_equation_can_be_solved_for(airframe):
+    edges = {e.name: dict(e.edges) for e in airframe.observe().equations}
+    assert edges["k_1"] == {"v": "derivative", "x": "integral"}
+    assert edges["k_2"] == {"v": "solvable", "w": "fixed"}  # two roots: w may be negative
+    assert edges["k_3"] == {"v": "solvable", "w": "fixed"}  # as the model says
+    assert edges["l_1"] == {"i": "fixed"}
+    assert edges["ATTITUDE.yaw"] == {"a": "solvable"}
+
+
+def test_structure_without_limits_keeps_the_rest_as_it_is(airframe):
+    system = airframe.observe()
+    whole, rest = system.structure(), system.structure(limits=False)
+    assert set(whole.equations) - set(rest.equations) == {"l_1"}
+    assert {f.name for f in whole.faults} == {f.name for f in rest.faults}
+    for model in (whole, rest):
+        for name, row in zip(model.equations, model.rows, strict=True):
+            held = {model.unknowns[i] for i in row}
+            equation = next(e for e in system.equations if e.name == name)
+            assert held == set(equation.edges) - set(system.inputs)
+
+
+def test_published_notation_names_a_message_by_its_number(airframe):
+    assert "VFR_HUD.airspeed" in names(airframe.observe())
