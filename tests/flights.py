@@ -52,7 +52,9 @@ def labels(folder: Path) -> dict[str, Any]:
 
 def examples() -> list[Any]:
     """Return the labelled flights of the repository, as pytest parameters."""
-    return [pytest.param(Case(EXAMPLES / n, x), id=Path(n).stem) for n, x in labels(EXAMPLES).items()]
+    return [
+        pytest.param(Case(EXAMPLES / n, x), id=Path(n).stem) for n, x in labels(EXAMPLES).items()
+    ]
 
 
 def shared(*names: str) -> list[Any]:

@@ -41,7 +41,9 @@ SHORTAGES = (
 
 def told(document):
     """Findings in short, for the message of a failing test."""
-    return [(f["component"], f["onset"]["log_s"], f["alarm"]["log_s"]) for f in document["findings"]]
+    return [
+        (f["component"], f["onset"]["log_s"], f["alarm"]["log_s"]) for f in document["findings"]
+    ]
 
 
 @pytest.mark.parametrize("case", examples())

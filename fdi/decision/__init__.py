@@ -1,8 +1,8 @@
 """Decides which residuals are beyond what health explains.
 
-Given residual columns with their predicted spread and a policy; sought for every residual and sample
-whether it is triggered, quiet or unknown, and which triggers persist, such that noise, stated
-tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarms``.
+Given residual columns with their predicted spread and a policy; sought for every residual and
+sample whether it is triggered, quiet or unknown, and which triggers persist, such that noise,
+stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarms``.
 
 - ``alarms.py``: the value of this stage
 - ``policy.py``: the recipe of an analysis, read from YAML (``policies/*.yaml``)

@@ -5,14 +5,14 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 ``Diagnosis``.
 
 - ``values.py``: the values of this stage
-- ``diagnose.py``: the stage itself, from alarms to the answer
+- ``answer.py``: the stage itself, from alarms to the answer
 - ``marking.py``: which fault is marked when, over the flight
 - ``hitting.py``: minimal sets of components that explain a set of conflicts
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
 - ``explain.py``: what is said about it in words
 """
 
-from fdi.diagnosis.diagnose import diagnose
+from fdi.diagnosis.answer import diagnose
 from fdi.diagnosis.values import (
     Consequence,
     Diagnosis,

@@ -166,7 +166,7 @@ class _Graph:
         return tuple(sorted(arguments.items()))
 
     def _look_up(self, name: str, asked_by: int, pending: tuple[str, ...]) -> int:
-        """Return a node for a variable that a condition reads: shown, or derived from shown ones."""
+        """Return a node for a variable that a condition reads: shown, or derived."""
         if name in self._shown:
             return self._channel(self._shown[name])
         for number, equation in enumerate(self.system.equations):

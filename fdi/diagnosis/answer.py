@@ -58,7 +58,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     ruled_out: tuple[RuledOut, ...] = ()
     if alarms.policy.accuse:
         findings, consequences = _accuse(alarms)
-        named = {item.component for item in (*findings, *consequences)}
+        named = {f.component for f in findings} | {c.component for c in consequences}
         ruled_out = _ruled_out(alarms, bank, named)
     testable = int((alarms.state != -1).any(axis=1).sum())
     return Diagnosis(
