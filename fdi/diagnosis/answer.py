@@ -215,7 +215,7 @@ def _not_testable(
     for name in system.components:
         columns = present.get(name, [])
         seen = [c for c in columns if implementable.detectable[c]]
-        if name in concerned and not columns:
+        if name == "outside_model" or (name in concerned and not columns):
             continue
         if not columns:
             text = "no channel in this log shows it"

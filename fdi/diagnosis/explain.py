@@ -7,7 +7,8 @@ import numpy as np
 from fdi.decision import Alarms
 from fdi.diagnosis.ranking import Cause, Run
 from fdi.diagnosis.values import Evidence, Finding, FindingKind
-from fdi.model.expression import Symbol, symbols, to_text
+from fdi.model.evaluate import evaluate
+from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
 from fdi.model.system import SystemEquation
 from fdi.residuals import Bank, Generator
@@ -51,13 +52,36 @@ def sentence(run: Run, alarms: Alarms) -> str:
     names = " and ".join(sensors) or " and ".join(inputs) or equation.name
     if equation.kind is Kind.LIMIT:
         what = equation.name.replace("_", " ")
-        return f"{what}: {statement(equation)} is violated by up to {amount} {when} ({names})"
+        allowed = _allowed(equation, bank)
+        if allowed is None:
+            return f"{what}: {statement(equation)} is violated by up to {amount} {when} ({names})"
+        variable, bound_value, sign = allowed
+        reached = bound_value + sign * size[worst]
+        return (
+            f"{what}: {variable.replace('_', ' ')} reaches {reached * scale:.3g} {label}".rstrip()
+            + f" where {bound_value * scale:.3g} {label}".rstrip()
+            + f" is allowed, {when} ({names})"
+        )
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
     agree = "do" if len(sensors) > 1 else "does"
     return (
         f"{names}{against} {agree} not agree: off by up to {amount} {when}, "
         f"{bound} is within health"
     )
+
+
+def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:
+    """Return the variable of a one-sided limit, its bound and the side, or None if two-sided."""
+    match equation.left:
+        case Apply("max", (Apply("-", (above, below)), Number())):
+            pass
+        case _:
+            return None
+    constants = {n: np.asarray(p.value) for n, p in bank.system.parameters.items()}
+    for side, other, sign in ((above, below, 1), (below, above, -1)):
+        if isinstance(side, Symbol) and side.name in bank.system.variables:
+            return side.name, float(evaluate(other, constants)), sign
+    return None
 
 
 def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:
