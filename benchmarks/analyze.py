@@ -61,7 +61,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         for label in ("empty cache", "again"):
             out = Path(name) / label.replace(" ", "_")
-            command = [sys.executable, "-c", "from fdi.cli import main; main()", "analyze"]
+            command = [
+                sys.executable,
+                "-c",
+                "import sys; from fdi.cli import main; sys.exit(main())",
+                "analyze",
+            ]
             command += [str(log), "--out", str(out), "--no-progress"]
             wall, cpu, memory, code = measure(command, Path(name) / "cache")
             written = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())

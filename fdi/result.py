@@ -117,16 +117,16 @@ def document(analysis: Analysis) -> dict[str, Any]:
             "version": analysis.version,
             "command": list(analysis.command),
         },
-        "log": _log(analysis),
+        "log": log_facts(analysis.log),
         "model": {
             "name": analysis.airframe.name,
             "sha256": analysis.airframe.sha256,
             "parameters": {
                 name: {
-                    "value": _number(value.value),
+                    "value": number(value.value),
                     "unit": value.unit,
                     "source": value.source,
-                    "std": _number(value.std),
+                    "std": number(value.std),
                 }
                 for name, value in analysis.system.parameters.items()
             },
@@ -136,17 +136,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
             "sha256": analysis.policy.sha256,
             "budget_per_hour": None,
         },
-        "quality": [
-            {
-                "kind": record.kind,
-                "channel": None if record.channel is None else str(record.channel),
-                "start_s": _number(record.start),
-                "end_s": _number(record.end),
-                "count": record.count,
-                "text": record.text,
-            }
-            for record in analysis.log.quality
-        ],
+        "quality": quality_rows(analysis.log),
         "structure": _structure(analysis),
         "verdict": diagnosis.verdict,
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
@@ -175,7 +165,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _number(value: float | None) -> float | None:
+def number(value: float | None) -> float | None:
     """Return a finite number rounded to nine significant digits, or None."""
     if value is None or not math.isfinite(value):
         return None
@@ -186,38 +176,54 @@ def moment(t: float | None, log: Log) -> dict[str, Any] | None:
     """Return a time of the log's clock with what it is since boot and in UTC."""
     if t is None:
         return None
-    return {"log_s": _number(t), "boot_s": _number(log.clock.boot(t)), "utc": log.clock.utc(t)}
+    return {"log_s": number(t), "boot_s": number(log.clock.boot(t)), "utc": log.clock.utc(t)}
 
 
-def _log(analysis: Analysis) -> dict[str, Any]:
-    log = analysis.log
+def log_facts(log: Log) -> dict[str, Any]:
+    """Return what is said about a log itself: its name, vehicle, clock and flights."""
     return {
         "name": log.name,
         "sha256": log.sha256,
         "format": log.format,
         "bytes": log.bytes,
-        "duration_s": _number(log.duration),
+        "duration_s": number(log.duration),
         "vehicle": log.vehicle,
         "autopilot": log.autopilot,
         "firmware": log.firmware,
         "files": [log.name],
         "system_id": log.system_id,
         "start_utc": log.clock.utc(0.0),
-        "boot_offset_s": _number(log.clock.boot(0.0)),
+        "boot_offset_s": number(log.clock.boot(0.0)),
         "flights": [
             {
-                "start_s": _number(flight.start),
-                "end_s": _number(flight.end),
-                "takeoff_s": _number(flight.takeoff),
-                "landing_s": _number(flight.landing),
-                "impact_s": _number(flight.impact),
+                "start_s": number(flight.start),
+                "end_s": number(flight.end),
+                "takeoff_s": number(flight.takeoff),
+                "landing_s": number(flight.landing),
+                "impact_s": number(flight.impact),
             }
             for flight in log.flights
         ],
     }
 
 
-def _isolability(value: Isolability) -> dict[str, Any]:
+def quality_rows(log: Log) -> list[dict[str, Any]]:
+    """Return what was lost or repaired in a log, a row each."""
+    return [
+        {
+            "kind": record.kind,
+            "channel": None if record.channel is None else str(record.channel),
+            "start_s": number(record.start),
+            "end_s": number(record.end),
+            "count": record.count,
+            "text": record.text,
+        }
+        for record in log.quality
+    ]
+
+
+def isolability_rows(value: Isolability) -> dict[str, Any]:
+    """Return what can be seen and told apart, as strings of 0 and 1 per fault."""
     names = list(value.faults)
     return {
         "detectable": [n for n, seen in zip(names, value.detectable, strict=True) if seen],
@@ -239,8 +245,8 @@ def _structure(analysis: Analysis) -> dict[str, Any]:
         "redundancy": diagnosis.decomposition.redundancy,
         "graph_components": diagnosis.graph_components,
         "residual_generators": len(analysis.bank.generators),
-        **_isolability(diagnosis.implementable),
-        "structural": _isolability(diagnosis.structural),
+        **isolability_rows(diagnosis.implementable),
+        "structural": isolability_rows(diagnosis.structural),
     }
 
 
@@ -254,7 +260,7 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
         "onset": moment(finding.onset, analysis.log),
         "alarm": moment(finding.alarm, analysis.log),
         "end": moment(finding.end, analysis.log),
-        "confidence": _number(finding.confidence),
+        "confidence": number(finding.confidence),
         "inseparable_from": list(finding.inseparable_from),
         "evidence": {
             "text": finding.evidence.text,
@@ -265,13 +271,13 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
 
 
 def _rounded(intervals: list[list[float]]) -> list[list[float | None]]:
-    return [[_number(edge) for edge in interval] for interval in intervals]
+    return [[number(edge) for edge in interval] for interval in intervals]
 
 
 def _grid(analysis: Analysis) -> dict[str, Any]:
     grid = analysis.diagnosis.grid
     return {
-        "t": [_number(t) for t in grid.t],
+        "t": [number(t) for t in grid.t],
         "rows": [
             {
                 "fault": fault,
@@ -296,16 +302,16 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
                 "id": generator.id,
                 "equations": [names[i] for i in generator.equations],
                 "signature": list(generator.faults),
-                "threshold": _number(float(np.median(known))) if len(known) else None,
+                "threshold": number(float(np.median(known))) if len(known) else None,
                 "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
                 "status": "ok",
                 "why": "",
             }
         )
-    for number, refused in enumerate(analysis.bank.not_implementable, 1):
+    for place, refused in enumerate(analysis.bank.not_implementable, 1):
         rows.append(
             {
-                "id": f"n{number}",
+                "id": f"n{place}",
                 "equations": [names[i] for i in refused.equations],
                 "signature": list(refused.faults),
                 "threshold": None,

@@ -8,7 +8,8 @@ data, and whoever asked for it checks every index and name, since any program of
 there.
 
 The trap for a maintainer: the key must hold everything that the tree depends on. ``digest`` adds
-the version and the state of our own source files: a changed checkout never sees old answers.
+the version and the state of our own source files (``SOURCES``): a changed checkout never sees old
+answers.
 """
 
 from __future__ import annotations
@@ -29,6 +30,15 @@ FORMAT: Final = "fdi-cache 1"
 MAX_FILES: Final = 200
 MAX_BYTES: Final = 50_000_000
 """Of one entry; a bank of 20,000 generators, the most there are, takes a fifth of it."""
+SOURCES: Final = (
+    "*.py",
+    "model/*.py",
+    "residuals/*.py",
+    "structure/*.py",
+    "telemetry/channel.py",
+    "telemetry/dialect.py",
+)
+"""Our files that a kept answer may depend on."""
 ABANDONED_S: Final = 3600.0
 """A temporary file of this age belongs to a process that died."""
 
@@ -67,15 +77,11 @@ def digest(*parts: str | bytes) -> str:
 def _code() -> str:
     from fdi import __version__
 
-    root = Path(__file__).parent
-    files = []
-    for folder, folders, names in os.walk(root):
-        folders.sort()
-        for name in sorted(names):
-            if name.endswith(".py"):
-                state = os.stat(os.path.join(folder, name))
-                files.append(f"{folder}/{name} {state.st_size} {state.st_mtime_ns}")
-    return "\n".join([FORMAT, __version__, *files])
+    lines = [FORMAT, __version__]
+    for path in sorted(p for pattern in SOURCES for p in Path(__file__).parent.glob(pattern)):
+        state = path.stat()
+        lines.append(f"{path} {state.st_size} {state.st_mtime_ns}")
+    return "\n".join(lines)
 
 
 def fetch(kind: str, key: str) -> Any | None:

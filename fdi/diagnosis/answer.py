@@ -24,8 +24,10 @@ from fdi.diagnosis.ranking import (
     find_runs,
 )
 from fdi.diagnosis.values import (
+    MARKED,
     Consequence,
     Diagnosis,
+    FaultGrid,
     Finding,
     Isolability,
     NotTestable,
@@ -59,7 +61,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     if alarms.policy.accuse:
         findings, consequences = _accuse(alarms)
         named = {f.component for f in findings} | {c.component for c in consequences}
-        ruled_out = _ruled_out(alarms, bank, named)
+        ruled_out = _ruled_out(alarms, bank, named | _marked(grid))
     testable = int((alarms.state != -1).any(axis=1).sum())
     return Diagnosis(
         verdict=verdict(findings, accuses=alarms.policy.accuse, testable=testable),
@@ -191,6 +193,12 @@ def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, .
         text = f"every testable fault has a test that ran and stayed quiet ({shown})"
         result.append(RuledOut(component, text, tuple(bank.generators[row].id for row in rows)))
     return tuple(sorted(result, key=lambda item: item.component))
+
+
+def _marked(grid: FaultGrid) -> set[str]:
+    """Return the components of which a fault is marked at any time."""
+    marked = (grid.marks == MARKED).any(axis=1)
+    return {name for name, seen in zip(grid.components, marked, strict=True) if seen}
 
 
 def _by_component(bank: Bank) -> Mapping[str, list[int]]:

@@ -6,9 +6,9 @@ how many parameters, and what was lost.
 
 from __future__ import annotations
 
-import math
 from typing import Any, Final
 
+from fdi.result import log_facts, number, quality_rows
 from fdi.telemetry import Log, Message
 
 SCHEMA_VERSION: Final = 1
@@ -18,30 +18,7 @@ def log_document(log: Log) -> dict[str, Any]:
     """Return a log as plain values; numbers are finite or null."""
     return {
         "schema_version": SCHEMA_VERSION,
-        "log": {
-            "name": log.name,
-            "sha256": log.sha256,
-            "format": log.format,
-            "bytes": log.bytes,
-            "duration_s": _number(log.duration),
-            "vehicle": log.vehicle,
-            "autopilot": log.autopilot,
-            "firmware": log.firmware,
-            "files": [log.name],
-            "system_id": log.system_id,
-            "start_utc": log.clock.utc(0.0),
-            "boot_offset_s": _number(log.clock.boot(0.0)),
-            "flights": [
-                {
-                    "start_s": _number(flight.start),
-                    "end_s": _number(flight.end),
-                    "takeoff_s": _number(flight.takeoff),
-                    "landing_s": _number(flight.landing),
-                    "impact_s": _number(flight.impact),
-                }
-                for flight in log.flights
-            ],
-        },
+        "log": log_facts(log),
         "sources": [
             {
                 "system": source.system,
@@ -58,9 +35,9 @@ def log_document(log: Log) -> dict[str, Any]:
             {
                 "name": key,
                 "count": len(message),
-                "rate_hz": _number(rate(message)),
-                "start_s": _number(float(message.t[0])) if len(message) else None,
-                "end_s": _number(float(message.t[-1])) if len(message) else None,
+                "rate_hz": number(rate(message)),
+                "start_s": number(float(message.t[0])) if len(message) else None,
+                "end_s": number(float(message.t[-1])) if len(message) else None,
                 "fields": list(message.fields),
             }
             for key, message in log.messages.items()
@@ -68,25 +45,15 @@ def log_document(log: Log) -> dict[str, Any]:
         "parameters": len(log.parameters),
         "events": [
             {
-                "t_s": _number(event.t),
+                "t_s": number(event.t),
                 "kind": event.kind,
                 "text": event.text,
                 "severity": event.severity,
-                "value": _number(event.value),
+                "value": number(event.value),
             }
             for event in log.events
         ],
-        "quality": [
-            {
-                "kind": record.kind,
-                "channel": None if record.channel is None else str(record.channel),
-                "start_s": _number(record.start),
-                "end_s": _number(record.end),
-                "count": record.count,
-                "text": record.text,
-            }
-            for record in log.quality
-        ],
+        "quality": quality_rows(log),
     }
 
 
@@ -96,9 +63,3 @@ def rate(message: Message) -> float | None:
         return None
     extent = float(message.t[-1] - message.t[0])
     return (len(message) - 1) / extent if extent > 0 else None
-
-
-def _number(value: float | None) -> float | None:
-    if value is None or not math.isfinite(value):
-        return None
-    return float(f"{value:.9g}")

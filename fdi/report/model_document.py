@@ -16,6 +16,7 @@ from fdi.errors import ModelError, UsageError
 from fdi.model import Airframe, System
 from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
+from fdi.result import isolability_rows
 
 SCHEMA_VERSION: Final = 1
 MSO_LIMIT: Final = 2000
@@ -128,25 +129,12 @@ def model_document(found: ModelStudy) -> dict[str, Any]:
             "redundancy": found.redundancy,
             "graph_components": found.graph_components,
             "residual_generators": len(found.bank.generators),
-            **_isolability(found.implementable),
-            "structural": _isolability(found.structural),
+            **isolability_rows(found.implementable),
+            "structural": isolability_rows(found.structural),
             "mtes": found.mtes,
             "mso": found.mso,
             "restricted_generators": found.restricted,
             "cross_checks": found.cross_checks,
         },
         "warnings": list(found.system.warnings),
-    }
-
-
-def _isolability(value: Isolability) -> dict[str, Any]:
-    seen = list(zip(value.faults, value.detectable, strict=True))
-    return {
-        "detectable": [name for name, is_seen in seen if is_seen],
-        "undetectable": [name for name, is_seen in seen if not is_seen],
-        "isolability": {
-            "faults": list(value.faults),
-            "rows": ["".join("1" if cell else "0" for cell in row) for row in value.matrix],
-        },
-        "not_isolable_groups": [list(group) for group in value.groups],
     }

@@ -1,0 +1,278 @@
+"""How do the residuals of the shipped models behave while nothing is wrong?
+
+    .venv/bin/python benchmarks/model_residuals.py [FOLDER]
+
+In: a folder of labelled flights (``labels.json``), by default ../shared/flights beside the
+repository; of these the ``.tlog`` flights that are labelled without a fault, for diagnosis, by a
+quadcopter or an aeroplane. Out: the Markdown tables of ``docs/models.md``, for each model what its
+residuals and its limits show over all these flights, and whom the default policy accuses.
+
+Everything is taken in flight: from take-off to landing, impact or the label's ``evaluate_until``. A
+residual is counted after its centre is taken off, as the policy does. For a limit the residual is
+zero inside the bound and says nothing, so the second table shows how much is left to the bound.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fdi
+from fdi.diagnosis.answer import in_air
+from fdi.diagnosis.explain import residual_unit
+from fdi.diagnosis.ranking import find_runs
+from fdi.model import Airframe, System
+from fdi.model.dimensions import dimension, dimension_of
+from fdi.model.expression import Apply, Number
+from fdi.model.parts import Kind
+from fdi.residuals import Bank, Generator
+from fdi.result import Analysis
+from fdi.telemetry import Log
+from fdi.units import customary
+
+FLIGHTS = Path(__file__).resolve().parents[1].parent / "shared" / "flights"
+MODELS = {"quad": "quadcopter", "plane": "fixed_wing"}
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of a normal variable over its median absolute deviation."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclasses.dataclass(slots=True)
+class Pool:
+    """What one residual, or one limit, showed over all flights."""
+
+    unit: str
+    values: list[Floats] = dataclasses.field(default_factory=list)
+    thresholds: list[Floats] = dataclasses.field(default_factory=list)
+    centres: list[float] = dataclasses.field(default_factory=list)
+    held: list[float] = dataclasses.field(default_factory=list)
+    flights: set[str] = dataclasses.field(default_factory=set)
+    samples: int = 0
+    alarms: int = 0
+
+
+def healthy_flights(folder: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield path and label of the healthy flights, in the order of their paths."""
+    labels = json.loads((folder / "labels.json").read_text(encoding="utf-8"))["flights"]
+    for path, label in sorted(labels.items()):
+        wanted = label["use"] == "diagnosis" and not label["faults"]
+        if wanted and path.endswith(".tlog") and label["vehicle"] in MODELS:
+            yield path, label
+
+
+def name_of(generator: Generator, system: System) -> str:
+    """Return a residual by its equations: the one left over, then the others, without inputs."""
+    names = [system.equations[generator.residual].name]
+    for number in generator.equations:
+        equation = system.equations[number]
+        if equation.kind is not Kind.INPUT and equation.name not in names:
+            names.append(equation.name)
+    return " ".join(f"`{name}`" for name in names)
+
+
+def unit_of(bank: Bank, generator: Generator) -> str:
+    """Return the SI unit of a residual: its own, or one that the model uses for such a quantity."""
+    system = bank.system
+    equation = system.equations[generator.residual]
+    unit = residual_unit(bank, equation)
+    if unit:
+        return unit
+    named = {name: v.unit for name, v in (*system.variables.items(), *system.parameters.items())}
+    units = {name: dimension(text) for name, text in named.items()}
+    own = dimension_of(equation.left, units) or dimension_of(equation.right, units)
+    fitting = (text for name, text in named.items() if own and units[name].fits(own))
+    return next(fitting, "1")
+
+
+def held(level: Floats, least: int) -> float:
+    """Return the highest level that a column kept up over ``least`` known samples in a row."""
+    known = level[np.isfinite(level)]
+    if len(known) < least:
+        return float("nan")
+    return float(np.lib.stride_tricks.sliding_window_view(known, least).min(axis=1).max())
+
+
+def without_zero(airframe: Airframe) -> Airframe:
+    """Return the model with limits that go on below zero inside their bounds."""
+
+    def opened(equation: Any) -> Any:
+        if equation.kind is not Kind.LIMIT:
+            return equation
+        terms = tuple(t for t in equation.left.arguments if t != Number(0.0))
+        left = terms[0] if len(terms) == 1 else Apply("max", terms)
+        return dataclasses.replace(equation, left=left)
+
+    return dataclasses.replace(airframe, equations=tuple(map(opened, airframe.equations)))
+
+
+def spans(log: Log, t: Floats, until: float | None) -> list[tuple[float, float]]:
+    """Return from when to when, s, the vehicle flew and its label holds."""
+    last = float("inf") if until is None else until
+    found = [in_air(flight) for flight in log.flights] or [(float(t[0]), float(t[-1]))]
+    return [(start, min(end, last)) for start, end in found]
+
+
+def flying(t: Floats, within: list[tuple[float, float]]) -> NDArray[np.bool_]:
+    """Return which samples lie in one of the spans."""
+    return np.any([(t >= start) & (t < end) for start, end in within], axis=0)
+
+
+def add_residuals(
+    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool]
+) -> None:
+    """Add a flight's residuals that are no limits to the pools."""
+    alarms, residuals, bank = analysis.alarms, analysis.residual_values, analysis.bank
+    inside = flying(residuals.t, within)
+    rows = [run.row for span in within for run in find_runs(alarms, *span)]
+    for row, generator in enumerate(bank.generators):
+        pool = pools.setdefault(name_of(generator, bank.system), Pool(unit_of(bank, generator)))
+        own = (residuals.values[row] - alarms.centre[row])[inside]
+        pool.samples += len(own)
+        pool.flights.add(analysis.log.sha256)
+        pool.values.append(own[np.isfinite(own)])
+        pool.thresholds.append(alarms.threshold[row, inside][np.isfinite(own)])
+        pool.centres.append(float(alarms.centre[row]))
+        pool.held.append(held(alarms.strength[row, inside], least_samples(analysis)))
+        pool.alarms += rows.count(row)
+
+
+def least_samples(analysis: Analysis) -> int:
+    """Return how many samples a trigger must last to be an alarm."""
+    recipe: Any = analysis.policy.decision
+    return max(recipe.least_samples, round(recipe.persistence_s * analysis.signals.rate_hz))
+
+
+def add_limits(
+    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool]
+) -> None:
+    """Add how much a flight's limited quantities leave to their bounds to the pools."""
+    system = without_zero(analysis.airframe).observe(analysis.log)
+    bank = fdi.build_bank(system, analysis.policy.tests)
+    values = bank.evaluate(analysis.signals, analysis.policy.differentiation).values
+    inside = flying(analysis.signals.t, within)
+    for row, generator in enumerate(bank.generators):
+        equation = system.equations[generator.residual]
+        if equation.kind is Kind.LIMIT:
+            pool = pools.setdefault(
+                f"`{equation.name}`: {equation.text}", Pool(unit_of(bank, generator))
+            )
+            spare = values[row, inside]  # a residual is right minus left: 0 - (quantity - bound)
+            pool.values.append(spare[np.isfinite(spare)])
+            pool.held.append(held(-spare, least_samples(analysis)))
+            pool.samples += len(spare)
+            pool.flights.add(analysis.log.sha256)
+
+
+def figure(value: float) -> str:
+    """Return a number for a table."""
+    return (
+        "–" if not np.isfinite(value) else f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e")
+    )
+
+
+def worst(levels: list[float]) -> float:
+    """Return the highest of some levels, NaN where none is known."""
+    known = [level for level in levels if np.isfinite(level)]
+    return max(known, default=float("nan"))
+
+
+def residual_table(pools: Mapping[str, Pool]) -> str:
+    """Return the first table: residuals that compare two quantities."""
+    head = (
+        "| residual | unit | flights | known | centre | median | robust σ | 99 % of \\|r\\| | "
+        "threshold | held | alarms |\n| --- | --- " + "| ---: " * 9 + "|\n"
+    )
+    lines = []
+    for name, pool in pools.items():
+        values = np.concatenate(pool.values)
+        if not len(values):
+            lines.append(f"| {name} | | {len(pool.flights)} | 0 % | – | – | – | – | – | – | 0 |")
+            continue
+        label, scale, _ = customary(pool.unit)
+        middle = float(np.median(values))
+        cells = [
+            float(np.median(pool.centres)),
+            middle,
+            MAD_TO_SIGMA * float(np.median(np.abs(values - middle))),
+            float(np.quantile(np.abs(values), 0.99)),
+            float(np.median(np.concatenate(pool.thresholds))),
+        ]
+        shown = " | ".join(figure(cell * scale) for cell in cells)
+        known = f"{100 * len(values) / pool.samples:.0f} %"
+        lines.append(
+            f"| {name} | {label} | {len(pool.flights)} | {known} | {shown} | "
+            f"{figure(worst(pool.held))} | {pool.alarms} |"
+        )
+    return head + "\n".join(lines)
+
+
+def limit_table(pools: Mapping[str, Pool], alarms: Mapping[str, int]) -> str:
+    """Return the second table: limits."""
+    head = (
+        "| limit | unit | flights | known | median | 1 % | held | alarms |\n"
+        "| --- | --- " + "| ---: " * 6 + "|\n"
+    )
+    lines = []
+    for name, pool in pools.items():
+        values = np.concatenate(pool.values)
+        label, scale, _ = customary(pool.unit)
+        count = alarms.get(name, 0)
+        known = f"{100 * len(values) / pool.samples:.0f} %" if pool.samples else "–"
+        cells = [float("nan")] * 2
+        if len(values):
+            cells = [float(np.median(values)), float(np.quantile(values, 0.01))]
+        shown = " | ".join(figure(cell * scale) for cell in (*cells, -worst(pool.held)))
+        lines.append(f"| {name} | {label} | {len(pool.flights)} | {known} | {shown} | {count} |")
+    return head + "\n".join(lines)
+
+
+def main() -> int:
+    """Print the tables of both models."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FLIGHTS
+    if not (folder / "labels.json").is_file():
+        print(f"skipped: {folder / 'labels.json'} is not here")
+        return 0
+    residuals: dict[str, dict[str, Pool]] = defaultdict(dict)
+    limits: dict[str, dict[str, Pool]] = defaultdict(dict)
+    accused: dict[str, list[str]] = defaultdict(list)
+    hours: dict[str, float] = defaultdict(float)
+    count: dict[str, int] = defaultdict(int)
+    for path, label in healthy_flights(folder):
+        analysis = fdi.analyze(folder / path)
+        model = analysis.airframe.name
+        within = spans(analysis.log, analysis.signals.t, label["evaluate_until"])
+        add_residuals(analysis, within, residuals[model])
+        add_limits(analysis, within, limits[model])
+        count[model] += 1
+        hours[model] += sum(max(0.0, end - start) for start, end in within) / 3600
+        until = label["evaluate_until"]
+        accused[model] += [
+            f"{path}: {finding.component} from {finding.onset:.1f} s"
+            for finding in analysis.findings
+            if until is None or finding.onset < until
+        ]
+    for model, pools in residuals.items():
+        names = {name.split(":")[0]: name for name in limits[model]}
+        is_limit = {name: names.get(name.split(" ")[0]) for name in pools}
+        raised: dict[str, int] = defaultdict(int)
+        for name, limit in is_limit.items():
+            if limit:
+                raised[limit] += pools[name].alarms
+        print(f"### {model}\n\n{count[model]} healthy flights, {hours[model]:.2f} h in the air.\n")
+        print(residual_table({n: p for n, p in pools.items() if not is_limit[n]}))
+        print(f"\n{limit_table(limits[model], raised)}\n")
+        print("Accused: " + ("; ".join(accused[model]) or "nobody") + ".\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,269 @@
+"""What must not change the answer, and what must change it in one way only; no labels needed.
+
+See ``reliability.md``: a prefix before the onset accuses nobody; times, a second vehicle, repeated
+or damaged bytes change nothing; less telemetry says less; renumbered motors are accused renumbered.
+"""
+
+import heapq
+
+import numpy as np
+import pytest
+from flights import (
+    GROUND,
+    Record,
+    accused,
+    assert_same_answer,
+    components,
+    document_of,
+    document_of_bytes,
+    examples,
+    joined,
+    records,
+    shared,
+)
+
+from fdi.errors import FdiError
+
+DAY = 86_400
+FAULTY = [
+    *examples(),
+    *shared(
+        "sitl/copter/c13_motor4_x0.5.tlog",
+        "sitl/copter/c47_compass_fail.tlog",
+        "sitl/plane/p10_airspeed_stuck.tlog",
+    ),
+]
+MOTORS = [p for p in FAULTY if "motor" in p.id]
+COPTER, PLANE = (
+    next(p.values[0] for p in examples() if p.id == name)
+    for name in ("copter_gps_loss_landing", "plane_engine_failure_stall")
+)
+TUMBLE = next(p.values[0] for p in examples() if p.id == "copter_motor_failure_crash")
+WRAP_MS = 2**32  # of time_boot_ms, and of the GPS time that is made from it
+WRAP_US = 2**32  # of SERVO_OUTPUT_RAW.time_usec
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_the_flights_below_accuse_somebody(case):
+    """Else the tests of this file would show nothing."""
+    assert accused(document_of(case.path)) & case.right
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_prefix_that_ends_before_the_onset_accuses_nobody(case, tmp_path):
+    own = records(case.path)
+    end = own[0].stamp + (case.onset - 1.0) * 1e6
+    before = [record for record in own if record.stamp < end]
+    document = document_of_bytes(joined(before), tmp_path)
+    assert not document["findings"], document["verdict"]
+
+
+@pytest.mark.parametrize("days", [-300, 1, 4000])
+@pytest.mark.parametrize("case", FAULTY)
+def test_another_start_time_gives_the_same_answer(case, days, tmp_path):
+    shift = days * DAY * 1_000_000
+    later = [Record(record.stamp + shift, record.frame) for record in records(case.path)]
+    assert_same_answer(document_of(case.path), document_of_bytes(joined(later), tmp_path))
+
+
+@pytest.mark.parametrize("case", FAULTY)
+@pytest.mark.parametrize("seconds", [7.25, 100_000.5], ids=["soon", "next_day"])
+def test_another_boot_offset_gives_the_same_answer(case, seconds, tmp_path):
+    assert_boot_offset_does_not_matter(case, seconds, tmp_path)
+
+
+@pytest.mark.parametrize("case", examples())
+def test_boot_time_that_wraps_in_flight_gives_the_same_answer(case, tmp_path):
+    """After 49.7 days; here 20 s before the onset."""
+    boot = document_of(case.path)["log"]["boot_offset_s"] + case.onset
+    assert_boot_offset_does_not_matter(case, WRAP_MS / 1000 - boot + 20, tmp_path)
+
+
+def assert_boot_offset_does_not_matter(case, seconds, tmp_path):
+    moved = [
+        record if record.system == GROUND else record.edited(lambda m: boot_later(m, seconds))
+        for record in records(case.path)
+    ]
+    assert joined(moved) != joined(records(case.path))
+    document, other = document_of(case.path), document_of_bytes(joined(moved), tmp_path)
+    assert_same_answer(document, other)
+    for said, again in zip(document["findings"], other["findings"], strict=True):
+        gone = again["onset"]["boot_s"] - said["onset"]["boot_s"]
+        assert gone % (WRAP_MS / 1000) == pytest.approx(seconds % (WRAP_MS / 1000), abs=0.05)
+
+
+def boot_later(message, seconds):
+    """Add to every time since boot that a message carries, wrapping as the autopilot does."""
+    name = message.get_type()
+    if hasattr(message, "time_boot_ms"):
+        message.time_boot_ms = (message.time_boot_ms + round(seconds * 1e3)) % WRAP_MS
+    if 0 < getattr(message, "time_usec", 0) < 1e15:
+        wrap = {"SERVO_OUTPUT_RAW": WRAP_US, "GPS_RAW_INT": WRAP_MS * 1000}.get(name, 2**64)
+        message.time_usec = (message.time_usec + round(seconds * 1e6)) % wrap
+
+
+PAIRS = pytest.mark.parametrize(
+    ("first", "second"),
+    [(COPTER, TUMBLE), (PLANE, TUMBLE), (TUMBLE, PLANE)],
+    ids=["copters", "plane_and_copter", "copter_and_plane"],
+)
+
+
+def interleaved(first, second):
+    """Two vehicles by one ground station; the second is system 7 and heard 0.3 s later."""
+    own, others = records(first.path), records(second.path)
+    shift = own[0].stamp - others[0].stamp + 300_000
+    guests = [
+        Record(record.stamp + shift, record.frame).edited(lambda message: None, system=7)
+        for record in others
+        if record.system != GROUND
+    ]
+    return list(heapq.merge(own, guests, key=lambda record: record.stamp))
+
+
+@PAIRS
+def test_second_vehicle_changes_nothing_for_the_first(first, second, tmp_path):
+    mixed = document_of_bytes(joined(interleaved(first, second)), tmp_path, system=1)
+    assert mixed["log"]["system_id"] == 1
+    assert_same_answer(document_of(first.path), mixed)
+
+
+@PAIRS
+def test_second_vehicle_is_judged_like_the_first(first, second, tmp_path):
+    """Its samples are taken at other moments, by up to a step of 0.25 s."""
+    alone = document_of(second.path)
+    mixed = document_of_bytes(joined(interleaved(first, second)), tmp_path, system=7)
+    assert mixed["log"]["system_id"] == 7
+    assert_same_answer(alone, mixed, later=0.3, within=0.3)
+
+
+def test_vehicle_with_most_frames_is_taken_unasked(tmp_path):
+    mixed = document_of_bytes(joined(interleaved(COPTER, TUMBLE)), tmp_path)
+    assert mixed["log"]["system_id"] == 1
+    assert_same_answer(document_of(COPTER.path), mixed)
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_appended_garbage_changes_no_byte_of_the_answer(case, tmp_path):
+    garbage = np.random.default_rng(7).integers(0, 256, 5000, np.uint8).tobytes()
+    data = case.path.read_bytes()
+    document, other = document_of(case.path), document_of_bytes(data + garbage, tmp_path)
+    assert "lost_bytes" in {record["kind"] for record in other["quality"]}
+    for part in ("verdict", "findings", "consequences", "ruled_out", "not_testable", "fault_grid"):
+        assert other[part] == document[part], part
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_log_that_was_split_inside_records_and_joined_says_the_same(case, tmp_path):
+    """Five pieces; at every seam the end of one record and the head of the next are missing."""
+    data = case.path.read_bytes()
+    seams = [len(data) * k // 5 for k in range(1, 5)]
+    pieces = zip([0, *(s + 30 for s in seams)], [*seams, len(data)], strict=True)
+    torn = b"".join(data[low:high] for low, high in pieces)
+    document = document_of_bytes(torn, tmp_path)
+    assert document["quality"]
+    assert_same_answer(document_of(case.path), document, within=0.26)
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_packets_that_came_twice_change_nothing(case, tmp_path):
+    own = records(case.path)
+    again = [Record(record.stamp + 80_000, record.frame) for record in own]
+    both = heapq.merge(own, again, key=lambda record: record.stamp)
+    document = document_of_bytes(joined(both), tmp_path)
+    assert "duplicate" in {record["kind"] for record in document["quality"]}
+    assert_same_answer(document_of(case.path), document)
+
+
+@pytest.mark.parametrize("case", FAULTY)
+def test_stream_that_was_sent_twice_changes_nothing(case, tmp_path):
+    """Sent again by the vehicle itself, as a new frame, a moment later."""
+    own = records(case.path)
+    stream = [record for record in own if record.name in ("ATTITUDE", "GPS_RAW_INT", "VFR_HUD")]
+    again = [Record(record.stamp + 5_000, record.frame) for record in stream]
+    both = heapq.merge(own, again, key=lambda record: record.stamp)
+    assert_same_answer(document_of(case.path), document_of_bytes(joined(both), tmp_path))
+
+
+@pytest.fixture(scope="module")
+def with_less(tmp_path_factory):
+    """Analyses of a flight without one message each, by the message's name; made once a flight."""
+    made = {}
+
+    def of(case):
+        if case.path not in made:
+            folder = tmp_path_factory.mktemp("less")
+            own = records(case.path)
+            names = sorted({record.name for record in own if record.system != GROUND})
+            made[case.path] = {
+                name: without(own, name, folder) for name in names if name != "HEARTBEAT"
+            }
+        return made[case.path]
+
+    return of
+
+
+def without(own, name, folder):
+    less = [record for record in own if record.system == GROUND or record.name != name]
+    return document_of_bytes(joined(less), folder)
+
+
+@pytest.mark.parametrize("case", examples())
+def test_removing_a_stream_never_accuses_whom_the_data_cleared(case, with_less):
+    cleared = components(document_of(case.path)["ruled_out"])
+    blamed = {name: accused(less) & cleared for name, less in with_less(case).items()}
+    assert not {name: who for name, who in blamed.items() if who}
+
+
+@pytest.mark.parametrize("case", examples())
+def test_removing_a_stream_never_clears_whom_the_data_accused(case, with_less):
+    guilty = accused(document_of(case.path))
+    freed = {
+        name: guilty & components(less["ruled_out"]) for name, less in with_less(case).items()
+    }
+    assert not {name: who for name, who in freed.items() if who}
+
+
+@pytest.mark.parametrize("case", examples())
+def test_removing_a_stream_never_makes_a_component_testable(case, with_less):
+    untested = components(document_of(case.path)["not_testable"])
+    judged = {
+        name: untested & (accused(less) | components(less["ruled_out"]))
+        for name, less in with_less(case).items()
+    }
+    assert not {name: who for name, who in judged.items() if who}
+
+
+def test_log_without_heartbeat_is_answered_or_refused(tmp_path):
+    """What kind of vehicle it is cannot be known then."""
+    less = [record for record in records(TUMBLE.path) if record.name != "HEARTBEAT"]
+    try:
+        document = document_of_bytes(joined(less), tmp_path)
+    except FdiError as error:
+        assert "--model" in str(error)
+    else:
+        assert accused(document) <= TUMBLE.right
+
+
+@pytest.mark.parametrize("case", MOTORS)
+@pytest.mark.parametrize("order", [(3, 4, 1, 2), (2, 1, 4, 3)], ids=["mirrored", "turned"])
+def test_accusation_follows_the_number_of_the_motor(case, order, tmp_path):
+    """Output k is recorded as output order[k - 1]: left for right, or front right for rear left."""
+    new = {f"motor_{k}": f"motor_{number}" for k, number in enumerate(order, 1)}
+
+    def renumber(message):
+        outputs = [getattr(message, f"servo{k}_raw") for k in range(1, 5)]
+        for number, value in zip(order, outputs, strict=True):
+            setattr(message, f"servo{number}_raw", value)
+
+    swapped = [
+        record.edited(renumber) if record.name == "SERVO_OUTPUT_RAW" else record
+        for record in records(case.path)
+    ]
+    document, other = document_of(case.path), document_of_bytes(joined(swapped), tmp_path)
+    said = [(f["component"], f["onset"]["log_s"]) for f in document["findings"]]
+    assert said[0][0].startswith("motor_")
+    again = [(f["component"], f["onset"]["log_s"]) for f in other["findings"]]
+    assert again == [(new.get(name, name), onset) for name, onset in said]
+    cleared = {new.get(name, name) for name in components(document["ruled_out"])}
+    assert components(other["ruled_out"]) == cleared
