@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import isclose
+from math import isclose, nan
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -41,6 +41,7 @@ from fdi.model.parts import (
     Parameter,
     Variable,
 )
+from fdi.model.world import world_value
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Log, Request
@@ -372,5 +373,10 @@ def _value(parameter: Parameter, log: Log | None) -> ParameterValue:
     for name in parameter.log_names if log else ():
         assert log is not None
         if name in log.parameters:
-            return ParameterValue(log.parameters[name] * parameter.log_scale, parameter.unit, "log")
+            value = log.parameters[name] * parameter.log_scale
+            return ParameterValue(value, parameter.unit, "log")
+    if parameter.world and log:
+        # A default would be wrong nearly everywhere: what the place and day do not tell is unknown.
+        world = world_value(parameter.world, log)
+        return ParameterValue(nan if world is None else world, parameter.unit, "log")
     return ParameterValue(parameter.value, parameter.unit, "default")
