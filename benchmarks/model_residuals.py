@@ -1,11 +1,12 @@
 """How do the residuals of the shipped models behave while nothing is wrong?
 
-    .venv/bin/python benchmarks/model_residuals.py [FOLDER]
+    .venv/bin/python benchmarks/model_residuals.py [FOLDER] [--write]
 
 In: a folder of labelled flights (``labels.json``), by default ../shared/flights beside the
 repository; of these the ``.tlog`` flights that are labelled without a fault, for diagnosis, by a
 quadcopter or an aeroplane. Out: the Markdown tables of ``docs/models.md``, for each model what its
-residuals and its limits show over all these flights, and whom the default policy accuses.
+residuals and its limits show over all these flights, and whom the default policy accuses. With
+``--write`` they replace what ``docs/models.md`` holds between its two marks.
 
 Everything is taken in flight: from take-off to landing, impact or the label's ``evaluate_until``. A
 residual is counted after its centre is taken off, as the policy does. For a limit the residual is
@@ -31,6 +32,7 @@ from fdi.diagnosis.explain import residual_unit
 from fdi.diagnosis.ranking import find_runs
 from fdi.model import Airframe, System
 from fdi.model.dimensions import dimension, dimension_of
+from fdi.model.evaluate import wrap
 from fdi.model.expression import Apply, Number
 from fdi.model.parts import Kind
 from fdi.residuals import Bank, Generator
@@ -38,7 +40,11 @@ from fdi.result import Analysis
 from fdi.telemetry import Log
 from fdi.units import customary
 
-FLIGHTS = Path(__file__).resolve().parents[1].parent / "shared" / "flights"
+ROOT = Path(__file__).resolve().parents[1]
+FLIGHTS = ROOT.parent / "shared" / "flights"
+DOCUMENT = ROOT / "docs" / "models.md"
+MARKS = "<!-- residuals: begin -->", "<!-- residuals: end -->"
+ORIGINS = ("simulated", "recorded")
 MODELS = {"quad": "quadcopter", "plane": "fixed_wing"}
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
@@ -54,7 +60,7 @@ class Pool:
     values: list[Floats] = dataclasses.field(default_factory=list)
     thresholds: list[Floats] = dataclasses.field(default_factory=list)
     centres: list[float] = dataclasses.field(default_factory=list)
-    held: list[float] = dataclasses.field(default_factory=list)
+    held: dict[str, list[float]] = dataclasses.field(default_factory=lambda: defaultdict(list))
     flights: set[str] = dataclasses.field(default_factory=set)
     samples: int = 0
     alarms: int = 0
@@ -127,21 +133,23 @@ def flying(t: Floats, within: list[tuple[float, float]]) -> NDArray[np.bool_]:
 
 
 def add_residuals(
-    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool]
+    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool], origin: str
 ) -> None:
-    """Add a flight's residuals that are no limits to the pools."""
+    """Add a flight's residuals to the pools."""
     alarms, residuals, bank = analysis.alarms, analysis.residual_values, analysis.bank
     inside = flying(residuals.t, within)
     rows = [run.row for span in within for run in find_runs(alarms, *span)]
     for row, generator in enumerate(bank.generators):
         pool = pools.setdefault(name_of(generator, bank.system), Pool(unit_of(bank, generator)))
         own = (residuals.values[row] - alarms.centre[row])[inside]
+        if bank.system.equations[generator.residual].circular:
+            own = wrap(own)
         pool.samples += len(own)
         pool.flights.add(analysis.log.sha256)
         pool.values.append(own[np.isfinite(own)])
         pool.thresholds.append(alarms.threshold[row, inside][np.isfinite(own)])
         pool.centres.append(float(alarms.centre[row]))
-        pool.held.append(held(alarms.strength[row, inside], least_samples(analysis)))
+        pool.held[origin].append(held(alarms.strength[row, inside], least_samples(analysis)))
         pool.alarms += rows.count(row)
 
 
@@ -152,7 +160,7 @@ def least_samples(analysis: Analysis) -> int:
 
 
 def add_limits(
-    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool]
+    analysis: Analysis, within: list[tuple[float, float]], pools: dict[str, Pool], origin: str
 ) -> None:
     """Add how much a flight's limited quantities leave to their bounds to the pools."""
     system = without_zero(analysis.airframe).observe(analysis.log)
@@ -167,35 +175,42 @@ def add_limits(
             )
             spare = values[row, inside]  # a residual is right minus left: 0 - (quantity - bound)
             pool.values.append(spare[np.isfinite(spare)])
-            pool.held.append(held(-spare, least_samples(analysis)))
+            pool.held[origin].append(held(-spare, least_samples(analysis)))
             pool.samples += len(spare)
             pool.flights.add(analysis.log.sha256)
 
 
 def figure(value: float) -> str:
-    """Return a number for a table."""
-    return (
-        "–" if not np.isfinite(value) else f"{value:.3g}".replace("e-0", "e-").replace("e+0", "e")
-    )
+    """Return a number for a table; what is smaller than any accuracy is zero."""
+    if not np.isfinite(value):
+        return "–"
+    return f"{0.0 if abs(value) < 5e-4 else value:.3g}".replace("e+0", "e")
 
 
-def worst(levels: list[float]) -> float:
-    """Return the highest of some levels, NaN where none is known."""
-    known = [level for level in levels if np.isfinite(level)]
-    return max(known, default=float("nan"))
+def unit_label(unit: str) -> str:
+    """Return a unit for a table; a plain number has none."""
+    return "" if unit == "1" else unit
+
+
+def worst(pool: Pool, sign: float = 1.0) -> list[float]:
+    """Return the highest level that flights of each origin held, NaN where none is known."""
+    known = [[level for level in pool.held[o] if np.isfinite(level)] for o in ORIGINS]
+    return [sign * max(levels, default=float("nan")) for levels in known]
 
 
 def residual_table(pools: Mapping[str, Pool]) -> str:
     """Return the first table: residuals that compare two quantities."""
     head = (
         "| residual | unit | flights | known | centre | median | robust σ | 99 % of \\|r\\| | "
-        "threshold | held | alarms |\n| --- | --- " + "| ---: " * 9 + "|\n"
+        "threshold | held, sim. | held, rec. | alarms |\n| --- | --- " + "| ---: " * 10 + "|\n"
     )
     lines = []
     for name, pool in pools.items():
         values = np.concatenate(pool.values)
         if not len(values):
-            lines.append(f"| {name} | | {len(pool.flights)} | 0 % | – | – | – | – | – | – | 0 |")
+            lines.append(
+                f"| {name} | | {len(pool.flights)} | 0 % | – | – | – | – | – | – | – | 0 |"
+            )
             continue
         label, scale, _ = customary(pool.unit)
         middle = float(np.median(values))
@@ -208,9 +223,10 @@ def residual_table(pools: Mapping[str, Pool]) -> str:
         ]
         shown = " | ".join(figure(cell * scale) for cell in cells)
         known = f"{100 * len(values) / pool.samples:.0f} %"
+        levels = " | ".join(map(figure, worst(pool)))
         lines.append(
-            f"| {name} | {label} | {len(pool.flights)} | {known} | {shown} | "
-            f"{figure(worst(pool.held))} | {pool.alarms} |"
+            f"| {name} | {unit_label(label)} | {len(pool.flights)} | {known} | {shown} | "
+            f"{levels} | {pool.alarms} |"
         )
     return head + "\n".join(lines)
 
@@ -218,8 +234,8 @@ def residual_table(pools: Mapping[str, Pool]) -> str:
 def limit_table(pools: Mapping[str, Pool], alarms: Mapping[str, int]) -> str:
     """Return the second table: limits."""
     head = (
-        "| limit | unit | flights | known | median | 1 % | held | alarms |\n"
-        "| --- | --- " + "| ---: " * 6 + "|\n"
+        "| limit | unit | flights | known | median | 1 % | held, sim. | held, rec. | alarms |\n"
+        "| --- | --- " + "| ---: " * 7 + "|\n"
     )
     lines = []
     for name, pool in pools.items():
@@ -230,17 +246,15 @@ def limit_table(pools: Mapping[str, Pool], alarms: Mapping[str, int]) -> str:
         cells = [float("nan")] * 2
         if len(values):
             cells = [float(np.median(values)), float(np.quantile(values, 0.01))]
-        shown = " | ".join(figure(cell * scale) for cell in (*cells, -worst(pool.held)))
-        lines.append(f"| {name} | {label} | {len(pool.flights)} | {known} | {shown} | {count} |")
+        shown = " | ".join(figure(cell * scale) for cell in (*cells, *worst(pool, -1.0)))
+        lines.append(
+            f"| {name} | {unit_label(label)} | {len(pool.flights)} | {known} | {shown} | {count} |"
+        )
     return head + "\n".join(lines)
 
 
-def main() -> int:
-    """Print the tables of both models."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FLIGHTS
-    if not (folder / "labels.json").is_file():
-        print(f"skipped: {folder / 'labels.json'} is not here")
-        return 0
+def tables(folder: Path) -> Iterator[str]:
+    """Yield the paragraphs and tables of both models."""
     residuals: dict[str, dict[str, Pool]] = defaultdict(dict)
     limits: dict[str, dict[str, Pool]] = defaultdict(dict)
     accused: dict[str, list[str]] = defaultdict(list)
@@ -248,29 +262,46 @@ def main() -> int:
     count: dict[str, int] = defaultdict(int)
     for path, label in healthy_flights(folder):
         analysis = fdi.analyze(folder / path)
-        model = analysis.airframe.name
-        within = spans(analysis.log, analysis.signals.t, label["evaluate_until"])
-        add_residuals(analysis, within, residuals[model])
-        add_limits(analysis, within, limits[model])
+        model, until = analysis.airframe.name, label["evaluate_until"]
+        within = spans(analysis.log, analysis.signals.t, until)
+        add_residuals(analysis, within, residuals[model], label["origin"])
+        add_limits(analysis, within, limits[model], label["origin"])
         count[model] += 1
         hours[model] += sum(max(0.0, end - start) for start, end in within) / 3600
-        until = label["evaluate_until"]
         accused[model] += [
-            f"{path}: {finding.component} from {finding.onset:.1f} s"
+            f"`{path}` {finding.component} from {finding.onset:.1f} s"
             for finding in analysis.findings
             if until is None or finding.onset < until
         ]
-    for model, pools in residuals.items():
+    for model, pools in sorted(residuals.items()):
         names = {name.split(":")[0]: name for name in limits[model]}
-        is_limit = {name: names.get(name.split(" ")[0]) for name in pools}
+        limit_of = {name: names.get(name.split(" ")[0]) for name in pools}
         raised: dict[str, int] = defaultdict(int)
-        for name, limit in is_limit.items():
+        for name, limit in limit_of.items():
             if limit:
                 raised[limit] += pools[name].alarms
-        print(f"### {model}\n\n{count[model]} healthy flights, {hours[model]:.2f} h in the air.\n")
-        print(residual_table({n: p for n, p in pools.items() if not is_limit[n]}))
-        print(f"\n{limit_table(limits[model], raised)}\n")
-        print("Accused: " + ("; ".join(accused[model]) or "nobody") + ".\n")
+        yield f"### {model}"
+        yield f"{count[model]} healthy flights, {hours[model]:.2f} h in the air."
+        yield residual_table({n: p for n, p in pools.items() if not limit_of[n]})
+        yield limit_table(limits[model], raised)
+        yield "Accused: " + ("; ".join(accused[model]) or "nobody") + "."
+
+
+def main() -> int:
+    """Print the tables, or write them into the document."""
+    arguments = [a for a in sys.argv[1:] if a != "--write"]
+    folder = Path(arguments[0]) if arguments else FLIGHTS
+    if not (folder / "labels.json").is_file():
+        print(f"skipped: {folder / 'labels.json'} is not here")
+        return 0
+    text = "\n\n".join(tables(folder))
+    if "--write" not in sys.argv:
+        print(text)
+        return 0
+    before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(MARKS[0])
+    _, _, after = rest.partition(MARKS[1])
+    whole = f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}"
+    DOCUMENT.write_text(whole, encoding="utf-8")
     return 0
 
 

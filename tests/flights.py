@@ -103,7 +103,7 @@ class Record(NamedTuple):
         return mav.mavlink_map[number].msgname
 
     def edited(self, edit: Edit, *, system: int | None = None) -> "Record":
-        """Return the record with its message changed in place by ``edit``, sequence and all kept."""
+        """Return the record with its message changed in place by ``edit``, its number kept."""
         message = mav.MAVLink(None).decode(bytearray(self.frame))
         edit(message)
         sender = mav.MAVLink(None, system or message.get_srcSystem(), message.get_srcComponent())

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
 from fdi.decision.noise import airborne_mask, centres, reference_mask, spread_factors
+from fdi.model.evaluate import wrap
 from fdi.model.parts import Kind
 from fdi.residuals import Residuals
 
@@ -55,21 +56,25 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
     values, spread = residuals.values, residuals.spread
     tolerance = residuals.tolerance[:, None]
     reference = reference_mask(signals, recipe.reference_s)
-    centre = centres(values, residuals.allowance, reference)
-    deviation = np.maximum(np.abs(values - centre[:, None]) - tolerance, 0.0)
+    equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
+    # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
+    bounded = [equation.kind is Kind.LIMIT for equation in equations]
+    centre = np.where(bounded, 0.0, centres(values, residuals.allowance, reference))
+    off = values - centre[:, None]
+    circular = np.array([equation.circular for equation in equations], dtype=bool)
+    off[circular] = wrap(off[circular])
+    size = np.abs(off)
+    deviation = np.maximum(size - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     calm = airborne_mask(signals)
     factor = spread_factors(deviation, spread, calm, block, recipe.least_factor, recipe.most_factor)
-    # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
-    equations = residuals.bank.system.equations
-    bounded = [equations[g.residual].kind is Kind.LIMIT for g in residuals.bank.generators]
     factor = np.where(bounded, 1.0, factor)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
-    state = _states(np.abs(values - centre[:, None]), threshold)
+    state = _states(size, threshold)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
-    alarm = np.array([persistent(row == TRIGGERED, row == UNKNOWN, least) for row in state])
+    alarm = np.array([persistent(row == TRIGGERED, row == UNKNOWN, least) for row in state], bool)
     with np.errstate(divide="ignore", invalid="ignore"):
-        strength = np.abs(values - centre[:, None]) / threshold
+        strength = size / threshold
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
     confirm = residuals.delay_s + (least - 1) / signals.rate_hz
     return _alarms(residuals, policy, threshold, centre, state, alarm, strength, confirm)
@@ -93,7 +98,8 @@ def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
             rank = max(1, int(np.floor(recipe.quantile * len(known))))
             threshold[row] = known[rank - 1]
     state = _states(size, threshold)
-    state[np.nan_to_num(size).max(axis=1) < recipe.negligible] = QUIET
+    is_zero = np.nan_to_num(size).max(axis=1, initial=0.0) < recipe.negligible
+    state[is_zero[:, None] & (state == TRIGGERED)] = QUIET
     with np.errstate(divide="ignore", invalid="ignore"):
         strength = np.minimum(size / threshold, 1e6)
     zero = np.zeros(len(size))

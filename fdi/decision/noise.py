@@ -31,6 +31,8 @@ def airborne_mask(signals: Signals) -> NDArray[np.bool_]:
 def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
     """Return the stretch from which offsets are taken: the first seconds in the air."""
     flying = airborne_mask(signals)
+    if not len(flying):
+        return flying
     start = signals.t[np.argmax(flying)] + SETTLING_S
     return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))
 

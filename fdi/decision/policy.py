@@ -57,7 +57,9 @@ class Policy:
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None
     ) -> Policy:
         """Return the policy with a window, s of the log's clock, and a rate where one is given."""
-        sampling = replace(self.sampling, window=window)
+        sampling = self.sampling
+        if window is not None:
+            sampling = replace(sampling, window=window)
         if rate_hz is not None:
             sampling = replace(sampling, rate_hz=rate_hz)
         return replace(self, sampling=sampling)
@@ -88,13 +90,13 @@ def load_policy(name: str | Path) -> Policy:
     try:
         spec = TypeAdapter(PolicyFile).validate_python(document.tree)
     except ValidationError as error:
-        raise ModelError.of(
-            [
-                f"{document.name}:{document.line(item['loc'])}: "
-                f"{'.'.join(str(p) for p in item['loc'])}: {item['msg']}"
-                for item in error.errors(include_url=False)
-            ]
-        ) from None
+        problems = []
+        for item in error.errors(include_url=False):
+            # pydantic names the chosen method as a step of the path; the file has no such key
+            place = tuple(part for part in item["loc"] if part not in DETECTORS)
+            name = ".".join(str(part) for part in place)
+            problems.append(f"{document.name}:{document.line(place)}: {name}: {item['msg']}")
+        raise ModelError.of(problems) from None
     return _policy(spec, hashlib.sha256(path.read_bytes()).hexdigest())
 
 

@@ -64,7 +64,9 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         ruled_out = _ruled_out(alarms, bank, named | _marked(grid))
     testable = int((alarms.state != -1).any(axis=1).sum())
     return Diagnosis(
-        verdict=verdict(findings, accuses=alarms.policy.accuse, testable=testable),
+        verdict=verdict(
+            findings, accuses=alarms.policy.accuse, testable=testable, tests=len(alarms.state)
+        ),
         findings=findings,
         consequences=consequences,
         ruled_out=ruled_out,

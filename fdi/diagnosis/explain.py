@@ -63,7 +63,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
             + f" is allowed, {when} ({names})"
         )
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
-    agree = "do" if len(sensors) > 1 else "does"
+    agree = "do" if len(sensors or inputs) > 1 else "does"
     return (
         f"{names}{against} {agree} not agree: off by up to {amount} {when}, "
         f"{bound} is within health"
@@ -119,14 +119,18 @@ def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
     return "limit" if kinds == {Kind.LIMIT} else "unknown"
 
 
-def verdict(findings: tuple[Finding, ...], *, accuses: bool, testable: int) -> str:
+def verdict(findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int) -> str:
     """Return the answer in one sentence."""
     if not accuses:
         return "This policy gives a fault grid and accuses no component."
     if not testable:
         return "Nothing in this telemetry could be tested."
     if not findings:
-        return f"No component is accused: {testable} tests stayed within what health explains."
+        ran = (
+            f"all {tests} tests" if testable == tests else f"{testable} of {tests} tests could run"
+        )
+        link = " stayed" if testable == tests else " and stayed"
+        return f"No component is accused: {ran}{link} within what health explains."
     first = findings[0]
     others = list(dict.fromkeys(f.component for f in findings if f.component != first.component))
     text = f"{first.component} failed first, from {first.onset:.1f} s: {first.evidence.text}"

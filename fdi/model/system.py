@@ -201,7 +201,8 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
             where=log.name if log else "",
             hint="choose another model with --model",
         )
-    equations = [_relation(e, airframe) for e in airframe.equations]
+    relations = _usable(airframe, {m.variable for m in present}, warnings)
+    equations = [_relation(e, airframe) for e in relations]
     equations += [_shown(m, airframe) for m in present]
     unknowns = [name for equation in equations for name in equation.edges]
     return System(
@@ -216,6 +217,23 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
         components=airframe.components,
         warnings=tuple(warnings),
     )
+
+
+def _usable(airframe: Airframe, shown: set[str], warnings: list[str]) -> list[Equation]:
+    """Return the equations whose inputs this telemetry shows.
+
+    A relation that needs an input is a statement about what is known. Without the channel the
+    variable would become one more unknown, and every equation that shares it would be tied to all
+    others: thousands of entangled sets that nobody meant.
+    """
+    lost = {m.variable for m in airframe.measurements if m.trusted} - shown
+    kept = list(airframe.equations)
+    for name in sorted(lost):
+        without = [e.name for e in kept if name in (*symbols(e.left), *symbols(e.right))]
+        kept = [e for e in kept if e.name not in without]
+        if without:
+            warnings.append(f"no channel of this log shows {name}: without {', '.join(without)}")
+    return kept
 
 
 def _first_inputs(present: list[Measurement]) -> list[Measurement]:

@@ -31,7 +31,7 @@ limits:
 inputs:
   SERVO_OUTPUT_RAW:
     fields:
-      servo1_raw: {variable: u_1, value: "(servo1_raw - 1000)/1000", accuracy: 0.01}
+      servo1_raw: {variable: u_1, value: "(servo1_raw - 1000)/1000", accuracy: 0.002}
 measurements:
   GPS_RAW_INT:
     component: gps

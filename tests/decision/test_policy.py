@@ -1,0 +1,109 @@
+"""Policies: what is shipped loads, what is wrong is told with its line."""
+
+import hashlib
+
+import pytest
+
+from fdi.decision import load_policy
+from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
+from fdi.decision.policy import FOLDER, shipped_policies
+from fdi.diagnosis.marking import MARKINGS
+from fdi.errors import ModelError
+
+RIGHT = (FOLDER / "default.yaml").read_text(encoding="utf-8")
+
+
+def written(folder, text):
+    path = folder / "own.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def line_of(text, start):
+    return next(i for i, line in enumerate(text.splitlines(), 1) if line.strip().startswith(start))
+
+
+def test_both_policies_are_shipped():
+    assert shipped_policies() == ("default", "paper")
+
+
+@pytest.mark.parametrize("name", ["default", "paper"])
+def test_shipped_policy_loads_and_names_ways_that_exist(name):
+    policy = load_policy(name)
+    assert policy.name == name
+    assert policy.decision.method in DETECTORS
+    assert policy.marking in MARKINGS
+    assert policy.sha256 == hashlib.sha256((FOLDER / f"{name}.yaml").read_bytes()).hexdigest()
+
+
+def test_default_accuses_by_predicted_spread_and_paper_does_not_accuse():
+    default, paper = load_policy("default"), load_policy("paper")
+    assert (type(default.decision), default.accuse) == (PredictedSpread, True)
+    assert (type(paper.decision), paper.accuse) == (Rank, False)
+    assert paper.decision.quantile == 0.97
+
+
+def test_policy_of_a_file_is_read_like_a_shipped_one(tmp_path):
+    own = load_policy(written(tmp_path, RIGHT.replace("sigmas: 5.0", "sigmas: 7.5")))
+    assert own.decision.sigmas == 7.5
+    assert own.sampling == load_policy("default").sampling
+
+
+def test_wrong_policy_reports_every_problem_with_its_line(tmp_path):
+    text = (
+        RIGHT.replace("gap_factor: 3.0", "gap_factor: 0.5")
+        .replace("sigmas: 5.0", "sigmas: -1")
+        .replace("block_s:", "blocks_s:")
+        .replace("marking: majority", "marking: minority")
+    )
+    with pytest.raises(ModelError) as caught:
+        load_policy(written(tmp_path, text))
+    told = {
+        f"own.yaml:{line_of(text, key)}: {place}"
+        for key, place in (
+            ("gap_factor", "sampling.gap_factor"),
+            ("sigmas", "decision.sigmas"),
+            ("blocks_s", "decision.blocks_s"),
+            ("marking", "marking"),
+        )
+    }
+    assert {": ".join(problem.split(": ")[:2]) for problem in caught.value.problems} == told
+    assert "(and 3 more)" in str(caught.value)
+
+
+def test_missing_entry_is_reported_by_name(tmp_path):
+    text = RIGHT.replace("tests: mtes+cross_checks\n", "")
+    with pytest.raises(ModelError, match=r"own\.yaml:1: tests: Field required"):
+        load_policy(written(tmp_path, text))
+
+
+def test_unknown_method_is_reported_with_the_known_ones(tmp_path):
+    text = RIGHT.replace("method: predicted_spread", "method: guess")
+    with pytest.raises(ModelError, match=r"'predicted_spread', 'rank'") as caught:
+        load_policy(written(tmp_path, text))
+    assert f"own.yaml:{line_of(text, 'decision:')}: decision" in str(caught.value)
+
+
+def test_unknown_name_tells_the_shipped_ones():
+    with pytest.raises(ModelError, match=r"^strict: is neither .* \(default, paper\)$"):
+        load_policy("strict")
+
+
+def test_folder_is_no_policy(tmp_path):
+    with pytest.raises(ModelError, match="is not a file"):
+        load_policy(tmp_path)
+
+
+def test_resample_changes_window_and_rate_and_nothing_else():
+    policy = load_policy("default")
+    changed = policy.resample(window=(3.0, 9.0), rate_hz=2.0)
+    assert (changed.sampling.window, changed.sampling.rate_hz) == ((3.0, 9.0), 2.0)
+    assert policy.sampling.window is None
+    assert (changed.decision, changed.sha256) == (policy.decision, policy.sha256)
+
+
+def test_resample_keeps_what_is_not_given():
+    policy = load_policy("default").resample(window=(3.0, 9.0), rate_hz=2.0)
+    assert policy.resample() == policy
+    assert policy.resample(rate_hz=1.0).sampling.window == (3.0, 9.0)
+    assert policy.resample(window=(0.0, 1.0)).sampling.rate_hz == 2.0

@@ -1,0 +1,96 @@
+"""Small systems from text, and alarms set by hand: what the diagnose stage is given."""
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fdi.decision import Alarms, load_policy
+from fdi.model import load_airframe
+from fdi.residuals import Residuals, build_bank
+from fdi.telemetry import Flight, Signals
+from fdi.telemetry.events import flight_state
+
+RATE = 4.0
+THRESHOLD = 2.0
+CONFIRM_S = 1.25
+POLICY = load_policy("default")
+
+
+def model(shown, affects=None, more="", unit="m"):
+    """A model where every component shows the variables that ``shown`` lists for it.
+
+    A channel is named by component and variable: ``GPS.x``. ``affects`` also gives the order.
+    """
+    affects = {name: () for name in shown} | (affects or {})
+    variables = sorted({name for names in shown.values() for name in names})
+    lines = ["format: 1", "name: small", "components:"]
+    lines += [f"  {c}: {{affects: [{', '.join(to)}]}}" for c, to in affects.items()]
+    lines += ["variables:", *(f"  {v}: {{unit: {unit}}}" for v in variables)]
+    lines += ["measurements:"]
+    for component, names in shown.items():
+        if names:
+            lines += [f"  {component.upper()}:", f"    component: {component}", "    fields:"]
+        lines += [f"      {name}: {{variable: {name}, accuracy: 1 {unit}}}" for name in names]
+    return "\n".join(lines) + "\n" + more
+
+
+def bank_of(text, tests="mtes+cross_checks"):
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "small.yaml"
+        path.write_text(text, encoding="utf-8")
+        return build_bank(load_airframe(path).observe(), tests)
+
+
+def row(bank, *faults):
+    """The residual whose signature is ``faults``."""
+    (found,) = [i for i, g in enumerate(bank.generators) if set(g.faults) == set(faults)]
+    return found
+
+
+def limit_row(bank, name):
+    """The residual that is the limit of that name."""
+    equations = bank.system.equations
+    (found,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == name]
+    return found
+
+
+def alarms_of(
+    bank,
+    raised,
+    *,
+    unknown=None,
+    flights=(Flight(0, 100),),
+    seconds=100,
+    peak=3.0,
+    policy=POLICY,
+    **changes,
+):
+    """Alarms of a bank: ``raised`` and ``unknown`` are rows with the intervals, s, of each.
+
+    Each interval ends where the next sample would be quiet; the residual is ``peak`` times its
+    threshold of 2 in there, and 0 elsewhere.
+    """
+    count, t = len(bank.generators), np.arange(round(seconds * RATE)) / RATE
+    alarm, blank = np.zeros((2, count, len(t)), dtype=bool)
+    for mask, where in ((alarm, raised), (blank, unknown or {})):
+        for place, intervals in where.items():
+            for start, end in intervals:
+                mask[place, (t >= start) & (t < end)] = True
+    state = np.where(blank, -1, alarm.astype(int)).astype(np.int8)
+    strength = np.where(blank, np.nan, peak * alarm)
+    zero = np.zeros(count)
+    every = np.zeros((count, len(t)))
+    signals = Signals(t, {}, {}, flight_state(t, (), flights), RATE, (), flights, {}, "by hand")
+    residuals = Residuals(bank, THRESHOLD * strength, every + 0.4, every, zero, zero, signals)
+    threshold = np.full(state.shape, THRESHOLD)
+    made = Alarms(
+        residuals, policy, threshold, zero, state, alarm, strength, np.full(count, CONFIRM_S)
+    )
+    return replace(made, **changes)
+
+
+def named(items):
+    """The components of findings, consequences and the like, in order."""
+    return [item.component for item in items]
