@@ -30,6 +30,7 @@ CONTACT = 0.3  # s from a label's evaluate_until to the first ground contact; si
 # When the aircraft was short of energy: airspeed below 12.5 m/s at full throttle, 15 m/s demanded;
 # log time, s, paper_model.md section 2. The last one became the stall.
 SHORTAGES = (
+    (900.5, 924.0),  # the climb after take-off: 9.4 to 10.4 m/s at full throttle and 15 degrees
     (1800.5, 1805.1),
     (2007.6, 2007.6),
     (2126.2, 2133.4),

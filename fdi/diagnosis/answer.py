@@ -61,6 +61,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     if alarms.policy.accuse:
         findings, consequences = _accuse(alarms)
         named = {f.component for f in findings} | {c.component for c in consequences}
+        named |= {name for f in findings for name in f.inseparable_from}
         ruled_out = _ruled_out(alarms, bank, named | _marked(grid))
     testable = int((alarms.state != -1).any(axis=1).sum())
     return Diagnosis(
@@ -129,7 +130,7 @@ def _merged(causes: list[Cause]) -> list[Cause]:
         result[earlier] = Cause(
             known.component,
             tuple(dict.fromkeys((*known.faults, *cause.faults))),
-            (*known.runs, *cause.runs),
+            tuple(sorted((*known.runs, *cause.runs), key=lambda run: (run.onset, run.row))),
             known.weight,
             known.total,
             known.inseparable,
@@ -170,7 +171,9 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
         name = effect.cause.component
         cause = next(f for f in reversed(findings) if f.component == name and f.onset <= onset)
         first = min(run.onset for run in effect.runs)
-        text = f"{effect.component} shows it {first - cause.onset:.1f} s after {name}"
+        later = first - cause.onset
+        when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {name}"
+        text = f"{effect.component} shows it {when}"
         faults = tuple(fault for fault in effect.faults if not fault.startswith("@"))
         result.append(Consequence(effect.component, faults, first, cause.rank, text))
     return tuple(sorted(result, key=lambda item: (item.onset, item.component)))
@@ -178,7 +181,7 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
 
 def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, ...]:
     """Return the components all of whose testable faults have a test that ran and stayed quiet."""
-    known = (alarms.state != -1).mean(axis=1) if alarms.state.size else np.zeros(0)
+    known = (alarms.state != -1).sum(axis=1) / max(1, alarms.state.shape[1])
     quiet = (known >= KNOWN_SHARE) & ~alarms.alarm.any(axis=1)
     holds = bank.incidence
     result = []
@@ -216,20 +219,20 @@ def _not_testable(
     system = bank.system
     present = _by_component(bank)
     ran = (alarms.state != -1).any(axis=1)
-    concerned = {
-        equation.component
-        for generator in bank.generators
-        if (equation := system.equations[generator.residual]).component
-    }
+    concerned: dict[str, list[int]] = {}
+    for row, generator in enumerate(bank.generators):
+        whom = system.equations[generator.residual].component
+        if whom is not None:
+            concerned.setdefault(whom, []).append(row)
     result = []
     for name in system.components:
         columns = present.get(name, [])
         seen = [c for c in columns if implementable.detectable[c]]
-        if name == "outside_model" or (name in concerned and not columns):
+        if name == "outside_model" or (not columns and ran[concerned.get(name, [])].any()):
             continue
-        if not columns:
+        if not columns and name not in concerned:
             text = "no channel in this log shows it"
-        elif not seen:
+        elif columns and not seen:
             names = ", ".join(system.faults[c].name for c in columns[:4])
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):

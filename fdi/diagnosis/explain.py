@@ -7,7 +7,7 @@ import numpy as np
 from fdi.decision import Alarms
 from fdi.diagnosis.ranking import Cause, Run
 from fdi.diagnosis.values import Evidence, Finding, FindingKind
-from fdi.model.evaluate import evaluate
+from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
 from fdi.model.system import SystemEquation
@@ -41,9 +41,10 @@ def sentence(run: Run, alarms: Alarms) -> str:
     generator = bank.generators[run.row]
     equation = bank.system.equations[generator.residual]
     span = slice(run.first, run.last)
-    size = np.abs(residuals.values[run.row, span] - alarms.centre[run.row])
+    off = residuals.values[run.row, span] - alarms.centre[run.row]
+    size = np.abs(wrap(off) if equation.circular else off)
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
-    label, scale, _ = customary(residual_unit(bank, equation))
+    label, scale, zero = customary(residual_unit(bank, equation))
     label = "" if label == "1" else label
     amount = f"{size[worst] * scale:.3g} {label}".strip()
     bound = f"{alarms.threshold[run.row, span][worst] * scale:.3g} {label}".strip()
@@ -58,8 +59,8 @@ def sentence(run: Run, alarms: Alarms) -> str:
         variable, bound_value, sign = allowed
         reached = bound_value + sign * size[worst]
         return (
-            f"{what}: {variable.replace('_', ' ')} reaches {reached * scale:.3g} {label}".rstrip()
-            + f" where {bound_value * scale:.3g} {label}".rstrip()
+            f"{what}: {variable.replace('_', ' ')} reaches {reached * scale + zero:.3g} {label}".rstrip()
+            + f" where {bound_value * scale + zero:.3g} {label}".rstrip()
             + f" is allowed, {when} ({names})"
         )
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
@@ -71,7 +72,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
 
 
 def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:
-    """Return the variable of a one-sided limit, its bound and the side, or None if two-sided."""
+    """Return the variable of a one-sided limit, its bound and the side, or None if it has no such."""
     match equation.left:
         case Apply("max", (Apply("-", (above, below)), Number())):
             pass
@@ -79,7 +80,8 @@ def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | N
             return None
     constants = {n: np.asarray(p.value) for n, p in bank.system.parameters.items()}
     for side, other, sign in ((above, below, 1), (below, above, -1)):
-        if isinstance(side, Symbol) and side.name in bank.system.variables:
+        is_fixed = constants.keys() >= set(symbols(other))  # else the bound varies in flight
+        if is_fixed and isinstance(side, Symbol) and side.name in bank.system.variables:
             return side.name, float(evaluate(other, constants)), sign
     return None
 

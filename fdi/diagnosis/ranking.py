@@ -165,7 +165,8 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     soon = [run for run in found if run.onset <= onset + WEIGHING_S]
     conflicts = [bank.of(run.row) for run in early]
     diagnoses = minimal_hitting_sets(c for c in conflicts if c)
-    candidates = sorted({name for diagnosis in diagnoses for name in diagnosis})
+    # More independent failures at once than are searched together: each alone is a candidate.
+    candidates = sorted(frozenset().union(*(diagnoses or conflicts)))
     if not candidates:
         return None
     single = {next(iter(d)) for d in diagnoses if len(d) == 1}
@@ -176,6 +177,9 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     upstream = {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)} | pool
     upstream -= {n for n in upstream if any(_only_disturbs(m, n, bank) for m in single)}
     weights = {name: _weigh(name, early, soon, alarms, bank) for name in sorted(upstream)}
+    upstream = {name for name in upstream if weights[name][1]}
+    if not upstream:
+        return None
     ordered = sorted(upstream, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
     top = weights[ordered[0]][0]
     close = [n for n in ordered if weights[n][0] >= top - TIE * abs(top)]
@@ -245,7 +249,7 @@ def _effects(cause: Cause, remaining: Sequence[Run], bank: _Concerns) -> list[Ef
     by_component: dict[str, list[Run]] = {}
     for run in remaining:
         concerned = sorted(bank.of(run.row) & disturbed, key=lambda n: bank.order[n])
-        if concerned and run.onset >= cause.runs[0].onset - SIMULTANEOUS_S:
+        if concerned and run.onset >= cause.runs[0].onset - WEIGHING_S:
             by_component.setdefault(concerned[0], []).append(run)
     return [
         Effect(

@@ -266,6 +266,11 @@ def _is_present(
     if measurement.value is not None or measurement.raw:
         return True
     own, wanted = message.unit(channel.field), airframe.variables[measurement.variable].unit
+    if not own and (airframe.units.get(wanted) or dimension(wanted)).exponents:
+        warnings.append(
+            f"{channel}: this log does not state its unit (raw: true takes it as it is)"
+        )
+        return False
     if not _fits(own, wanted, airframe.units):
         raise ModelError(
             f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
@@ -281,9 +286,9 @@ def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
     variable = units.get(wanted) or dimension(wanted)
     if own:
         return (units.get(own) or dimension(own)).fits(variable)
-    # No unit is a number, or a quantity whose unit the log's format does not state; per cent and
-    # degrees it is not, because these became fractions and radians when the log was read.
-    return bool(variable.exponents) or isclose(variable.factor, 1.0)
+    # No unit is a number; per cent and degrees it is not, because these became fractions and
+    # radians when the log was read.
+    return isclose(variable.factor, 1.0)
 
 
 def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:

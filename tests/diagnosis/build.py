@@ -16,6 +16,7 @@ RATE = 4.0
 THRESHOLD = 2.0
 CONFIRM_S = 1.25
 POLICY = load_policy("default")
+FLIGHTS = (Flight(0, 100),)
 
 
 def model(shown, affects=None, more="", unit="m"):
@@ -23,7 +24,7 @@ def model(shown, affects=None, more="", unit="m"):
 
     A channel is named by component and variable: ``GPS.x``. ``affects`` also gives the order.
     """
-    affects = {name: () for name in shown} | (affects or {})
+    affects = dict.fromkeys(shown, ()) | (affects or {})
     variables = sorted({name for names in shown.values() for name in names})
     lines = ["format: 1", "name: small", "components:"]
     lines += [f"  {c}: {{affects: [{', '.join(to)}]}}" for c, to in affects.items()]
@@ -61,7 +62,7 @@ def alarms_of(
     raised,
     *,
     unknown=None,
-    flights=(Flight(0, 100),),
+    flights=FLIGHTS,
     seconds=100,
     peak=3.0,
     policy=POLICY,

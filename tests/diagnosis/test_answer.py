@@ -1,0 +1,219 @@
+"""What is ruled out, what was not testable, the verdict, and the whole stage over a bank."""
+
+import numpy as np
+import pytest
+
+from fdi.decision import load_policy
+from fdi.diagnosis import diagnose
+from fdi.residuals import Differentiation
+from fdi.telemetry import Flight, Signals
+from fdi.telemetry.events import flight_state
+
+from .build import POLICY, RATE, alarms_of, bank_of, limit_row, model, named, row
+
+SHOWN = {"gps": ["x"], "baro": ["x"], "radar": ["x"], "sun": ["y"], "star": ["y"]}
+BANK = bank_of(model(SHOWN))
+GPS = [row(BANK, "GPS.x", "BARO.x"), row(BANK, "GPS.x", "RADAR.x")]
+BARO_RADAR, SKY = row(BANK, "BARO.x", "RADAR.x"), row(BANK, "SUN.y", "STAR.y")
+FAILED = {place: [(40, 60)] for place in GPS}
+
+
+def answer(raised, *, bank=BANK, **more):
+    return diagnose(alarms_of(bank, raised, **more), bank)
+
+
+# Ruled out.
+
+
+def test_healthy_flight_rules_out_every_component_with_tests():
+    assert named(answer({}).ruled_out) == sorted(SHOWN)
+
+
+def test_component_is_ruled_out_by_its_tests_that_stayed_quiet():
+    found = {item.component: item for item in answer({SKY: [(40, 60)]}).ruled_out}
+    assert set(found) == {"gps", "baro", "radar"}
+    assert set(found["gps"].residuals) == {BANK.generators[place].id for place in GPS}
+    assert "GPS.x" in found["gps"].text
+
+
+def test_test_that_was_mostly_unknown_rules_nothing_out():
+    for unknown, out in ((60, False), (40, True)):
+        found = answer({}, unknown={SKY: [(0, unknown)]})
+        assert ({"sun", "star"} <= set(named(found.ruled_out))) == out
+
+
+def test_every_testable_fault_needs_a_quiet_test():
+    """The gps also shows z, where its test alarms after the impact: z is not shown to be right."""
+    bank = bank_of(model({**SHOWN, "gps": ["x", "z"], "camera": ["z"]}))
+    after = {row(bank, "GPS.z", "CAMERA.z"): [(80, 90)]}
+    for raised, out in ((after, False), ({}, True)):
+        found = answer(raised, bank=bank, flights=(Flight(0, 95, takeoff=5, impact=70),))
+        assert ("gps" in named(found.ruled_out)) == out
+        assert found.findings == ()
+
+
+def test_fault_in_no_test_does_not_keep_its_component_from_being_ruled_out():
+    bank = bank_of(model({**SHOWN, "gps": ["x", "alone"]}))
+    assert "gps" in named(answer({}, bank=bank).ruled_out)
+
+
+def test_who_cannot_be_told_from_the_accused_is_not_ruled_out():
+    """A suspect of a limit has quiet tests of its own, and yet may be the reason."""
+    text = model(
+        {"monitor": ["ratio"], **SHOWN},
+        {"estimator": []},
+        "limits:\n  bad: {variable: ratio, max: 1, component: estimator, suspects: [gps]}\n",
+    )
+    bank = bank_of(text)
+    found = answer({limit_row(bank, "bad"): [(40, 60)]}, bank=bank)
+    named_here = {found.findings[0].component, *found.findings[0].inseparable_from}
+    assert named_here == {"estimator", "gps"}
+    assert not named_here & set(named(found.ruled_out))
+
+
+def test_log_without_samples_rules_nothing_out_and_fails_nowhere():
+    found = answer({}, seconds=0, flights=())
+    assert (found.findings, found.ruled_out) == ((), ())
+    assert set(named(found.not_testable)) == set(SHOWN)
+
+
+# Not testable.
+
+
+def test_component_without_a_channel_is_told_so():
+    bank = bank_of(model(SHOWN, {"compass": []}))
+    (item,) = answer({}, bank=bank).not_testable
+    assert (item.component, item.text) == ("compass", "no channel in this log shows it")
+
+
+def test_component_whose_channels_are_in_no_test_is_told_so():
+    bank = bank_of(model({**SHOWN, "compass": ["z"]}))
+    (item,) = answer({}, bank=bank).not_testable
+    assert item.component == "compass"
+    assert item.text.startswith("its channels are in no test")
+    assert "COMPASS.z" in item.text
+
+
+def test_component_whose_tests_never_ran_is_told_so():
+    found = answer({}, unknown={SKY: [(0, 100)]})
+    assert named(found.not_testable) == ["sun", "star"]
+    assert {item.text for item in found.not_testable} == {"its tests never had all their inputs"}
+
+
+LIMITED = model(
+    {"monitor": ["load"]},
+    {"computer": []},
+    "limits:\n  overload: {variable: load, max: 1, component: computer}\n",
+)
+
+
+def test_component_that_only_a_limit_concerns_is_testable_where_the_limit_ran():
+    bank = bank_of(LIMITED)
+    limit = limit_row(bank, "overload")
+    assert answer({}, bank=bank).not_testable == ()
+    found = answer({}, bank=bank, unknown={limit: [(0, 100)]})
+    assert {i.component: i.text for i in found.not_testable} == dict.fromkeys(
+        ("monitor", "computer"), "its tests never had all their inputs"
+    )
+
+
+def test_what_lies_outside_the_model_is_never_listed():
+    text = model(SHOWN).replace("    component: sun\n", "")
+    assert "outside_model" in bank_of(text).system.components
+    found = answer({}, bank=bank_of(text), unknown={SKY: [(0, 100)]})
+    assert named(found.not_testable) == ["star"]
+
+
+# The verdict.
+
+
+def test_verdict_names_the_first_cause_its_evidence_and_the_others():
+    found = answer({**FAILED, SKY: [(70, 80)]})
+    first, second = found.findings
+    assert found.verdict == (
+        f"gps failed first, from 40.0 s: {first.evidence.text}. Also accused: {second.component}."
+    )
+
+
+def test_verdict_names_who_cannot_be_told_apart():
+    found = answer({SKY: [(40, 60)]})
+    assert f"(cannot be told from {found.findings[0].inseparable_from[0]})." in found.verdict
+
+
+def test_verdict_of_a_healthy_flight_accuses_nobody_and_counts_the_tests():
+    verdict = answer({}).verdict
+    assert verdict.startswith("No component is accused: ")
+    assert f" {len(BANK.generators)} tests" in verdict
+
+
+def test_verdict_says_when_nothing_could_be_tested():
+    every = {place: [(0, 100)] for place in range(len(BANK.generators))}
+    assert answer({}, unknown=every).verdict == "Nothing in this telemetry could be tested."
+
+
+def test_verdict_of_a_policy_that_does_not_accuse_says_so():
+    verdict = answer(FAILED, policy=load_policy("paper")).verdict
+    assert verdict == "This policy gives a fault grid and accuses no component."
+
+
+# From channels to the answer.
+
+
+def analysed(changes, *, n=800, seed=3):
+    """The alarms and diagnosis of 200 s, each channel white noise of its accuracy plus a change."""
+    rng, t = np.random.default_rng(seed), np.arange(n) / RATE
+    columns = {
+        request.channel: rng.normal(size=n) + changes.get(str(request.channel), np.zeros(n))
+        for request in BANK.system.channels
+    }
+    period, flights = dict.fromkeys(columns, 0.0), (Flight(0, n / RATE),)
+    state = flight_state(t, (), flights)
+    signals = Signals(t, columns, period, state, RATE, (), flights, {}, "by hand")
+    alarms = POLICY.decide(BANK.evaluate(signals, Differentiation()))
+    return alarms, diagnose(alarms, BANK)
+
+
+def step(size, start=400, end=800, n=800):
+    return size * ((np.arange(n) >= start) & (np.arange(n) < end))
+
+
+def test_noise_accuses_nobody():
+    assert analysed({})[1].findings == ()
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_scaled_fault_keeps_its_component_and_its_strength_never_falls(sign):
+    before = np.zeros(400)
+    for size in (12, 20, 50, 300, 1e5, 1e9):
+        alarms, found = analysed({"GPS.x": sign * step(size)})
+        (finding,) = found.findings
+        assert finding.component == "gps"
+        assert finding.onset == 100.0
+        strength = alarms.strength[GPS, 400:].max(axis=0)
+        assert (strength >= before).all()
+        before = strength
+
+
+@pytest.mark.parametrize("channel", ["GPS.x", "BARO.x", "RADAR.x"])
+def test_failed_one_of_three_is_accused_and_the_rest_ruled_out(channel):
+    found = analysed({channel: step(30)})[1]
+    failed = channel.split(".")[0].lower()
+    assert named(found.findings) == [failed]
+    assert {"sun", "star"} <= set(named(found.ruled_out))
+    assert failed not in named(found.ruled_out)
+
+
+def test_gap_in_the_failed_channel_neither_accuses_nor_exonerates():
+    change = step(30)
+    change[500:560] = np.nan
+    found = analysed({"GPS.x": change})[1]
+    assert named(found.findings) == ["gps"]
+    assert found.grid.intervals(0, -1) == [[125.0, 140.0]]
+    assert analysed({"GPS.x": np.where(change != change, np.nan, 0.0)})[1].findings == ()
+
+
+def test_values_of_the_answer_cannot_be_written():
+    found = analysed({})[1]
+    with pytest.raises(ValueError, match="read-only"):
+        found.grid.marks[0, 0] = 1
+    assert repr(found) == f"<Diagnosis: {found.verdict}>"

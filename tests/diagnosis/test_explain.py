@@ -1,0 +1,109 @@
+"""Sentences of evidence: the numbers in them are those of the alarm, in customary units."""
+
+import numpy as np
+import pytest
+
+from fdi.diagnosis import diagnose
+
+from .build import alarms_of, bank_of, limit_row, model, row
+
+WHEN = "from 40.0 s for 10.0 s"
+
+
+def evidence(bank, *rows, **more):
+    """The evidence when rows alarm from 40 to 50 s: 6 off where 2 is within health."""
+    alarms = alarms_of(bank, {place: [(40, 50)] for place in rows}, **more)
+    return diagnose(alarms, bank).findings[0].evidence
+
+
+def limited(limit, *, unit="m", more=""):
+    text = f"limits:\n  too_high: {{variable: x_1, component: gps, {limit}}}\n{more}"
+    return bank_of(model({"gps": ["x_1"]}, more=text, unit=unit))
+
+
+@pytest.mark.parametrize(
+    ("limit", "unit", "reached", "allowed"),
+    [
+        ("max: 9", "m", "15 m", "9 m"),
+        ("min: 9", "m", "3 m", "9 m"),
+        ("min: -1", "m", "-7 m", "-1 m"),
+        ("max: 9", '"1"', "15", "9"),
+        ("max: 1", "rad", "401 deg", "57.3 deg"),
+        ("max: 300", "Pa", "3.06 hPa", "3 hPa"),
+        ("max: 293.15", "K", "26 degC", "20 degC"),
+    ],
+)
+def test_one_sided_limit_tells_the_value_reached_and_the_one_allowed(limit, unit, reached, allowed):
+    text = model({"gps": ["x_1"]}, more=f"limits:\n  too_high: {{variable: x_1, {limit}}}\n")
+    bank = bank_of(text.replace("unit: m}", f"unit: {unit}}}").replace("1 m}", "1}"))
+    assert evidence(bank, 0).text == (
+        f"too high: x 1 reaches {reached} where {allowed} is allowed, {WHEN} (GPS.x_1)"
+    )
+
+
+def test_bound_that_is_a_parameter_is_told_by_its_value():
+    bank = limited("max: most + 1", more="parameters:\n  most: {value: 8, unit: m}\n")
+    assert "reaches 15 m where 9 m is allowed" in evidence(bank, 0).text
+
+
+def test_bound_that_varies_in_flight_is_told_by_the_statement():
+    shown = {"gps": ["x_1"], "baro": ["y"]}
+    for bound in ("max: y", "min: y", "max: y + 1"):
+        text = f"limits:\n  too_high: {{variable: x_1, component: gps, {bound}}}\n"
+        bank = bank_of(model(shown, more=text))
+        said = evidence(bank, limit_row(bank, "too_high")).text
+        assert "is violated by up to 6" in said
+
+
+def test_two_sided_limit_tells_the_statement_and_by_how_much():
+    said = evidence(limited("min: -1, max: 9"), 0).text
+    assert said == f"too high: -1 <= x_1 <= 9 is violated by up to 6 m {WHEN} (GPS.x_1)"
+
+
+def test_cross_check_names_both_sensors_and_what_is_within_health():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+    found = evidence(bank, 0)
+    assert found.text == (
+        f"GPS.x and BARO.x do not agree: off by up to 6 m {WHEN}, 2 m is within health"
+    )
+    assert found.residuals == ("r1",)
+    assert found.channels == ("GPS.x", "BARO.x")
+
+
+def test_other_alarms_of_the_cause_are_counted():
+    bank = bank_of(model({name: ["x"] for name in ("gps", "baro", "radar", "sun")}))
+    others = ("BARO.x", "RADAR.x", "SUN.x")
+    rows = [row(bank, "GPS.x", other) for other in others]
+    assert evidence(bank, *rows[:2]).text.endswith("; 1 more test agrees")
+    found = evidence(bank, *rows)
+    assert found.text.endswith("; 2 more tests agree")
+    assert set(found.channels) == {"GPS.x", *others}
+
+
+def test_units_of_a_cross_check_are_customary():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, unit="rad"))
+    assert "off by up to 344 deg" in evidence(bank, 0).text
+    assert "115 deg is within health" in evidence(bank, 0).text
+
+
+def test_input_is_what_a_sensor_does_not_agree_with():
+    text = model({"gps": ["x"]}) + (
+        "inputs:\n  MAP:\n    fields:\n      x: {variable: x, accuracy: 1 m}\n"
+    )
+    said = evidence(bank_of(text), 0).text
+    assert said.startswith("GPS.x against MAP.x does not agree: off by up to 6 m")
+
+
+def test_difference_of_angles_is_told_the_short_way_round():
+    text = model({"gps": ["x"], "baro": ["x"]}, unit="rad")
+    bank = bank_of(text.replace("x: {unit: rad}", "x: {unit: rad, circular: true}"))
+    assert bank.system.equations[bank.generators[0].residual].circular
+    said = evidence(bank, 0, peak=-1.5, centre=np.array([3.0])).text  # -3 against 3 rad
+    assert "off by up to 16.2 deg" in said
+
+
+def test_strongest_sample_is_told_and_not_an_unknown_one():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+    alarms = alarms_of(bank, {0: [(40, 50)]}, unknown={0: [(42, 44)]})
+    alarms.residuals.values[0, 45 * 4] = -11
+    assert "off by up to 11 m" in diagnose(alarms, bank).findings[0].evidence.text
