@@ -10,13 +10,13 @@ from pathlib import Path
 from fdi import __version__
 from fdi.decision import load_policy
 from fdi.diagnosis import diagnose
-from fdi.errors import ModelError
+from fdi.errors import ModelError, UsageError
 from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.report import write_report
 from fdi.residuals.cache import cached_bank
 from fdi.result import Analysis
-from fdi.telemetry import read
+from fdi.telemetry import Log, read
 
 Progress = Callable[[str, float], None]
 
@@ -88,8 +88,9 @@ def analyze(
             raise ModelError(
                 f"has no residual generator with the telemetry of {log.name}",
                 where=airframe.name,
-                hint="choose another model with --model",
+                hint="; ".join(observed.warnings[:3]) or "choose another model with --model",
             )
+    _check_window(window, log)
     with watch.stage("sample", 0.5):
         signals = log.signals(observed.channels, recipe.sampling)
     with watch.stage("evaluate", 0.6):
@@ -114,3 +115,13 @@ def analyze(
         version=__version__,
         writer=write_report,
     )
+
+
+def _check_window(window: tuple[float, float] | None, log: Log) -> None:
+    """Refuse a window that holds nothing of the log."""
+    if window is not None and (window[1] < log.span[0] or window[0] > log.span[1]):
+        raise UsageError(
+            f"the window {window[0]:g}:{window[1]:g} lies outside the log, which spans "
+            f"{log.span[0]:.1f} to {log.span[1]:.1f} s",
+            where=log.name,
+        )

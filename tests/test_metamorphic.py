@@ -36,6 +36,7 @@ FAULTY = [
         "sitl/plane/p10_airspeed_stuck.tlog",
     ),
 ]
+LESS = [*examples(), *shared("sitl/copter/c47_compass_fail.tlog")]
 MOTORS = [p for p in FAULTY if "motor" in p.id]
 COPTER, PLANE = (
     next(p.values[0] for p in examples() if p.id == name)
@@ -234,7 +235,7 @@ def time_limit(seconds):
         signal.signal(signal.SIGALRM, before)
 
 
-@pytest.mark.parametrize("case", examples())
+@pytest.mark.parametrize("case", LESS)
 def test_analysis_with_a_stream_less_takes_no_longer_than_seconds(case, with_less):
     slow = [name for name, less in with_less(case).items() if less is None]
     assert not slow, f"more than {LONGEST_S} s without one of {slow}"
@@ -244,14 +245,14 @@ def answered(analyses):
     return {name: document for name, document in analyses.items() if document is not None}
 
 
-@pytest.mark.parametrize("case", examples())
+@pytest.mark.parametrize("case", LESS)
 def test_removing_a_stream_never_accuses_whom_the_data_cleared(case, with_less):
     cleared = components(document_of(case.path)["ruled_out"])
     blamed = {name: accused(less) & cleared for name, less in answered(with_less(case)).items()}
     assert not {name: who for name, who in blamed.items() if who}
 
 
-@pytest.mark.parametrize("case", examples())
+@pytest.mark.parametrize("case", LESS)
 def test_removing_a_stream_never_clears_whom_the_data_accused(case, with_less):
     guilty = accused(document_of(case.path))
     freed = {
@@ -261,7 +262,7 @@ def test_removing_a_stream_never_clears_whom_the_data_accused(case, with_less):
     assert not {name: who for name, who in freed.items() if who}
 
 
-@pytest.mark.parametrize("case", examples())
+@pytest.mark.parametrize("case", LESS)
 def test_removing_a_stream_never_makes_a_component_testable(case, with_less):
     untested = components(document_of(case.path)["not_testable"])
     judged = {

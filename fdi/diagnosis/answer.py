@@ -38,8 +38,8 @@ from fdi.telemetry import Flight
 
 MERGE_S = 15.0
 """A component accused again within this time is one finding: its alarms merely paused."""
-KNOWN_SHARE = 0.5
-"""A test rules out only where it was known for at least this share of the flight."""
+KNOWN_SHARE = 0.8
+"""A test rules out only if it was known for at least this share of the time in the air."""
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:

@@ -44,7 +44,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
     off = residuals.values[run.row, span] - alarms.centre[run.row]
     size = np.abs(wrap(off) if equation.circular else off)
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
-    label, scale, zero = customary(residual_unit(bank, equation))
+    label, scale, zero = customary(equation.unit)
     label = "" if label == "1" else label
     amount = f"{size[worst] * scale:.3g} {label}".strip()
     bound = f"{alarms.threshold[run.row, span][worst] * scale:.3g} {label}".strip()
@@ -58,10 +58,12 @@ def sentence(run: Run, alarms: Alarms) -> str:
             return f"{what}: {statement(equation)} is violated by up to {amount} {when} ({names})"
         variable, bound_value, sign = allowed
         reached = bound_value + sign * size[worst]
+        side, most = ("reaches", "at most") if sign > 0 else ("falls to", "at least")
         return (
-            f"{what}: {variable.replace('_', ' ')} reaches {reached * scale + zero:.3g} {label}".rstrip()
-            + f" where {bound_value * scale + zero:.3g} {label}".rstrip()
-            + f" is allowed, {when} ({names})"
+            f"{what}: {variable.replace('_', ' ')} {side} "
+            + f"{reached * scale + zero:.3g} {label}".rstrip()
+            + f", allowed {most} {bound_value * scale + zero:.3g} {label}".rstrip()
+            + f", {when} ({names})"
         )
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
     agree = "do" if len(sensors or inputs) > 1 else "does"
@@ -72,7 +74,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
 
 
 def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:
-    """Return the variable of a one-sided limit, its bound and the side, or None if it has no such."""
+    """Return the variable of a one-sided limit, its bound and the side; or None."""
     match equation.left:
         case Apply("max", (Apply("-", (above, below)), Number())):
             pass
@@ -100,18 +102,6 @@ def channels_of(bank: Bank, generator: Generator) -> tuple[str, ...]:
     """Return the channels that a generator reads, by name."""
     measured = (bank.system.equations[i].measurement for i in generator.equations)
     return tuple(str(m.channel) for m in measured if m is not None)
-
-
-def residual_unit(bank: Bank, equation: SystemEquation) -> str:
-    """Return the unit of an equation's residual; empty where it has none of its own."""
-    variables = bank.system.variables
-    for side in (equation.left, equation.right):
-        if isinstance(side, Symbol) and side.name in variables:
-            return variables[side.name].unit
-    if equation.kind in (Kind.LIMIT, Kind.EQUALITY):
-        names = [n for n in symbols(equation.left) if n in variables]
-        return variables[names[0]].unit if len(names) == 1 else ""
-    return ""
 
 
 def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:

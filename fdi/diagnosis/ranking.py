@@ -109,19 +109,25 @@ def _concerns(bank: Bank) -> _Concerns:
 
 
 def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
-    """Return the alarms whose onset lies in [start, end), s, in order of onset."""
+    """Return the alarms within [start, end), s, in order of onset.
+
+    An alarm that stands when the time begins has its onset there, if what is left of it is long
+    enough to be one.
+    """
     t = alarms.residuals.t
+    inside = (t >= start) & (t < end)
     step = 1.0 / alarms.residuals.signals.rate_hz
     found = []
     for row in np.flatnonzero(alarms.alarm.any(axis=1)):
-        mask = alarms.alarm[row]
+        mask = alarms.alarm[row] & inside
         edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             onset = float(t[first])
-            if not start <= onset < end:
-                continue
             known = onset + float(alarms.confirm_s[row])
             over = float(t[stop - 1]) + step
+            cut = first > 0 and bool(alarms.alarm[row, first - 1])
+            if cut and over < known:
+                continue
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))

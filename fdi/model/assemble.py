@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
-from fdi.model.dimensions import Dimension, dimension, dimension_of, quantity
+from fdi.model.dimensions import Dimension, dimension, dimension_of, quantity, spell
 from fdi.model.expression import (
     Apply,
     Expression,
@@ -201,6 +201,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             tolerance=tolerance,
             window=quantity(entry.window or 0.0, dimension("s")),
             suspects=tuple(entry.suspects),
+            unit=spell(unit),
         )
     return None
 
@@ -223,7 +224,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
         if not terms:
             raise ValueError("has neither a min nor a max")
         excess = Apply("max", (*terms, Number(0.0)))
-        dimension_of(excess, draft.units)
+        unit = dimension_of(excess, draft.units) or Dimension(1.0, (), "1")
         draft.used.add(entry.variable)
         return Equation(
             name,
@@ -235,6 +236,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             solves=frozenset(entry.solves or ()),
             component=entry.component,
             suspects=tuple(entry.suspects),
+            unit=spell(unit),
         )
     return None
 

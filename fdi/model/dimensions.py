@@ -178,3 +178,27 @@ def _power(base: Dimension | None, exponent: float) -> Dimension | None:
 
 def _spell(exponents: Exponents) -> str:
     return " ".join(f"{name}^{e:g}" for name, e in exponents) or "a number"
+
+
+SYMBOLS: Final = {"meter": "m", "second": "s", "kilogram": "kg", "ampere": "A", "kelvin": "K"}
+
+
+def spell(unit: Dimension) -> str:
+    """Return a unit as a person writes it: as the model does, or by its SI symbols.
+
+    Examples
+    --------
+    >>> spell(Dimension(1.0, (("meter", 1.0), ("second", -2.0)), "meter^1 second^-2"))
+    'm/s^2'
+    """
+    if "^" not in unit.text or not any(name in unit.text for name in SYMBOLS):
+        return "" if unit.text == NUMBER.text else unit.text
+    if unit.factor != 1.0:
+        return ""
+    over = [_symbol(name, e) for name, e in unit.exponents if e > 0]
+    under = [_symbol(name, -e) for name, e in unit.exponents if e < 0]
+    return (" ".join(over) or "1") + "".join(f"/{part}" for part in under)
+
+
+def _symbol(name: str, exponent: float) -> str:
+    return SYMBOLS.get(name, name) + ("" if exponent == 1 else f"^{exponent:g}")

@@ -90,6 +90,8 @@ class Equation:
         The fault the equation brings, and whom a violation concerns.
     tolerance : float
         How far the two sides may differ in health, in the unit of the equation.
+    unit : str
+        Of the difference of the two sides.
     suspects : tuple of str
         Further components that a violation may concern: what feeds the quantity.
     window : float
@@ -108,6 +110,7 @@ class Equation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    unit: str = ""
     suspects: tuple[str, ...] = ()
 
 

@@ -80,6 +80,7 @@ class SystemEquation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
     text: str = ""
@@ -320,6 +321,7 @@ def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
         component=equation.component,
         tolerance=equation.tolerance,
         window=equation.window,
+        unit=equation.unit,
         suspects=equation.suspects,
         text=equation.text,
     )
@@ -348,6 +350,7 @@ def _shown(measurement: Measurement, airframe: Airframe) -> SystemEquation:
         circular=airframe.variables[measurement.variable].circular,
         fault=None if measurement.trusted else str(measurement.channel),
         component=measurement.component,
+        unit=airframe.variables[measurement.variable].unit,
         measurement=measurement,
         text=f"{measurement.variable} = {measurement.channel}",
     )

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.diagnosis import Finding
-from fdi.diagnosis.explain import residual_unit
 from fdi.errors import UsageError
 from fdi.report.style import ACCENT, CURVES, FAINT, FONT, INK, label, new_figure, styled, tidy
 from fdi.report.words import unit
@@ -100,7 +99,7 @@ def _draw_residual(
     alarms = analysis.alarms
     generator = analysis.bank.generators[row]
     equation = analysis.system.equations[generator.residual]
-    name, scale, _ = customary(residual_unit(analysis.bank, equation))
+    name, scale, _ = customary(equation.unit)
     t = alarms.residuals.t
     seen = (t >= window[0]) & (t <= window[1])
     value = (alarms.residuals.values[row] - alarms.centre[row]) * scale

@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from fdi.diagnosis import Finding
-from fdi.diagnosis.explain import residual_unit
 from fdi.report.evidence import evidence_figure
 from fdi.report.style import Picture
 from fdi.report.text import onset
@@ -126,7 +125,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
     raised = analysis.alarms.alarm.mean(axis=1) if analysis.alarms.alarm.size else []
     for row, generator in enumerate(analysis.bank.generators):
         equation = analysis.system.equations[generator.residual]
-        label, scale, _ = customary(residual_unit(analysis.bank, equation))
+        label, scale, _ = customary(equation.unit)
         bound = analysis.alarms.threshold[row]
         known = bound[np.isfinite(bound)]
         state = analysis.alarms.state[row]

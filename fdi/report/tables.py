@@ -13,7 +13,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from fdi.diagnosis.explain import residual_unit
 from fdi.diagnosis.values import UNKNOWN
 from fdi.result import Analysis
 
@@ -90,7 +89,7 @@ def _column_metadata(analysis: Analysis) -> dict[str, dict[bytes, bytes]]:
     system = analysis.system
     found: dict[str, dict[bytes, bytes]] = {"t": {b"unit": b"s"}}
     for generator in analysis.bank.generators:
-        unit = residual_unit(analysis.bank, system.equations[generator.residual])
+        unit = system.equations[generator.residual].unit
         found[generator.id] = {
             b"unit": unit.encode(),
             b"equations": json.dumps(

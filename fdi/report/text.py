@@ -41,7 +41,14 @@ def summary(analysis: Analysis, *, width: int = WIDTH, folder: Path | None = Non
     from rich.console import Console
 
     out = io.StringIO()
-    console = Console(file=out, width=width, color_system=None, force_terminal=False, emoji=False)
+    console = Console(
+        file=out,
+        width=width,
+        color_system=None,
+        force_terminal=False,
+        force_jupyter=False,
+        emoji=False,
+    )
     print_summary(analysis, console, folder=folder)
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
 

@@ -57,7 +57,7 @@ def test_bound_that_varies_in_flight_is_told_by_the_statement():
 
 def test_two_sided_limit_tells_the_statement_and_by_how_much():
     said = evidence(limited("min: -1, max: 9"), 0).text
-    assert said == f"too high: -1 <= x_1 <= 9 is violated by up to 6 m {WHEN} (GPS.x_1)"
+    assert said == f"too high: -1.0 <= x_1 <= 9.0 is violated by up to 6 m {WHEN} (GPS.x_1)"
 
 
 def test_cross_check_names_both_sensors_and_what_is_within_health():

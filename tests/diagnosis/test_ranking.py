@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fdi.diagnosis import diagnose
-from fdi.diagnosis.ranking import affected
+from fdi.diagnosis.ranking import WEIGHING_S, affected
 from fdi.model.parts import Component
 from fdi.residuals import Bank
 from fdi.telemetry import Flight
@@ -281,7 +281,7 @@ def test_findings_are_ordered_and_within_their_flight(raised):
     for effect in found.consequences:
         cause = found.findings[effect.because_of - 1]
         assert effect.component in affected(cause.component, BANK.system.components)
-        assert effect.onset >= cause.onset - 2.0
+        assert effect.onset >= cause.onset - WEIGHING_S
 
 
 @given(RAISED)
