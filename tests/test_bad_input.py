@@ -214,6 +214,18 @@ def test_log_whose_times_are_nonsense_gives_an_answer_or_is_refused(run, tmp_pat
         json.loads(ended.out)
 
 
+def test_log_whose_stamps_are_all_zero_is_judged_by_the_time_since_boot(run, tmp_path):
+    """The log's clock is 0 at the first record; an onset before it is no time of this log."""
+    path = tmp_path / "zero.tlog"
+    path.write_bytes(joined(r._replace(stamp=0) for r in records(LOG)))
+    ended = run("analyze", path, "--json")
+    assert ended.code == 0, ended.err
+    document = json.loads(ended.out)
+    assert document["quality"], "nothing is said about the stamps"
+    onsets = [finding["onset"]["log_s"] for finding in document["findings"]]
+    assert all(0 <= onset <= document["log"]["duration_s"] for onset in onsets), onsets
+
+
 def test_model_of_these_tests_is_right(run, tmp_path):
     """Else the tests below would show nothing."""
     path = tmp_path / "good.yaml"

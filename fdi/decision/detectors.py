@@ -73,7 +73,7 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
     state = _states(size, threshold)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
     alarm = np.array([persistent(row == TRIGGERED, row == UNKNOWN, least) for row in state], bool)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         strength = size / threshold
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
     confirm = residuals.delay_s + (least - 1) / signals.rate_hz
@@ -100,7 +100,7 @@ def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
     state = _states(size, threshold)
     is_zero = np.nan_to_num(size).max(axis=1, initial=0.0) < recipe.negligible
     state[is_zero[:, None] & (state == TRIGGERED)] = QUIET
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         strength = np.minimum(size / threshold, 1e6)
     zero = np.zeros(len(size))
     return _alarms(

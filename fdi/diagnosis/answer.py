@@ -12,6 +12,7 @@ import numpy as np
 
 from fdi import structure
 from fdi.decision import Alarms
+from fdi.decision.noise import airborne_mask
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
@@ -62,11 +63,16 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         findings, consequences = _accuse(alarms)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
-        ruled_out = _ruled_out(alarms, bank, named | _marked(grid))
+        ruled_out = _ruled_out(alarms, bank, named | _marked(grid) | bank.system.curtailed)
+    raised = int(alarms.alarm.any(axis=1).sum())
     testable = int((alarms.state != -1).any(axis=1).sum())
     return Diagnosis(
         verdict=verdict(
-            findings, accuses=alarms.policy.accuse, testable=testable, tests=len(alarms.state)
+            findings,
+            accuses=alarms.policy.accuse,
+            testable=testable,
+            tests=len(alarms.state),
+            raised=raised,
         ),
         findings=findings,
         consequences=consequences,
@@ -181,7 +187,8 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
 
 def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, ...]:
     """Return the components all of whose testable faults have a test that ran and stayed quiet."""
-    known = (alarms.state != -1).sum(axis=1) / max(1, alarms.state.shape[1])
+    flying = airborne_mask(alarms.residuals.signals)
+    known = (alarms.state[:, flying] != -1).sum(axis=1) / max(1, flying.sum())
     quiet = (known >= KNOWN_SHARE) & ~alarms.alarm.any(axis=1)
     holds = bank.incidence
     result = []

@@ -111,13 +111,23 @@ def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
     return "limit" if kinds == {Kind.LIMIT} else "unknown"
 
 
-def verdict(findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int) -> str:
-    """Return the answer in one sentence."""
+def verdict(
+    findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int, raised: int
+) -> str:
+    """Return the answer in one sentence.
+
+    ``testable`` of the ``tests`` were known at some time, ``raised`` of them raised an alarm.
+    """
     if not accuses:
         return "This policy gives a fault grid and accuses no component."
     if not testable:
         return "Nothing in this telemetry could be tested."
     if not findings:
+        if raised:
+            return (
+                f"No component is accused: {raised} of {tests} tests raised alarms, but none in "
+                "the air that a component explains."
+            )
         ran = (
             f"all {tests} tests" if testable == tests else f"{testable} of {tests} tests could run"
         )

@@ -153,8 +153,9 @@ def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], 
     remaining = list(found)
     while remaining and len(causes) < MOST_CAUSES:
         cause = _cause(remaining, alarms, bank)
-        if cause is None:
-            break
+        if cause is None:  # nothing explains its first alarm: the rest may still have a cause
+            remaining = remaining[1:]
+            continue
         causes.append(cause)
         taken = set(cause.runs)
         remaining = [run for run in remaining if run not in taken]

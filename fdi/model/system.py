@@ -119,6 +119,8 @@ class System:
     ----------
     channels : tuple of Request
         What to ask of the log: every measured channel.
+    curtailed : frozenset of str
+        Components of which a relation fell away because the log lacks what it needs beside them.
     warnings : tuple of str
         What of the model could not be used with this log, and why.
     """
@@ -132,6 +134,7 @@ class System:
     variables: Mapping[str, Variable]
     parameters: Mapping[str, ParameterValue]
     components: Mapping[str, Component]
+    curtailed: frozenset[str] = frozenset()
     warnings: tuple[str, ...] = ()
 
     @property
@@ -202,7 +205,7 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
             where=log.name if log else "",
             hint="choose another model with --model",
         )
-    relations = _usable(airframe, {m.variable for m in present}, warnings)
+    relations, curtailed = _usable(airframe, present, log, warnings)
     equations = [_relation(e, airframe) for e in relations]
     equations += [_shown(m, airframe) for m in present]
     unknowns = [name for equation in equations for name in equation.edges]
@@ -216,25 +219,42 @@ def build_system(airframe: Airframe, log: Log | None) -> System:
         variables=airframe.variables,
         parameters=parameters,
         components=airframe.components,
+        curtailed=curtailed,
         warnings=tuple(warnings),
     )
 
 
-def _usable(airframe: Airframe, shown: set[str], warnings: list[str]) -> list[Equation]:
-    """Return the equations whose inputs this telemetry shows.
+def _usable(
+    airframe: Airframe, present: list[Measurement], log: Log | None, warnings: list[str]
+) -> tuple[list[Equation], frozenset[str]]:
+    """Return the equations whose inputs this telemetry shows, and the components curtailed.
 
     A relation that needs an input is a statement about what is known. Without the channel the
     variable would become one more unknown, and every equation that shares it would be tied to all
-    others: thousands of entangled sets that nobody meant.
+    others: thousands of entangled sets that nobody meant. A component whose relation falls away is
+    curtailed, unless all that is lacking is a sensor of its own that the vehicle does not have.
     """
+    shown = {m.variable for m in present}
     lost = {m.variable for m in airframe.measurements if m.trusted} - shown
     kept = list(airframe.equations)
+    curtailed: set[str] = set()
     for name in sorted(lost):
-        without = [e.name for e in kept if name in (*symbols(e.left), *symbols(e.right))]
-        kept = [e for e in kept if e.name not in without]
+        without = [e for e in kept if name in (*symbols(e.left), *symbols(e.right))]
+        kept = [e for e in kept if e not in without]
         if without:
-            warnings.append(f"no channel of this log shows {name}: without {', '.join(without)}")
-    return kept
+            names = ", ".join(e.name for e in without)
+            warnings.append(f"no channel of this log shows {name}: without {names}")
+        channels = {m.channel for m in airframe.measurements if m.trusted and m.variable == name}
+        heard = {c for c in channels if log is not None and c.source in log}
+        for equation in without:
+            own = {
+                m.channel
+                for m in airframe.measurements
+                if not m.trusted and m.component == equation.component
+            }
+            if equation.component and (heard or not channels <= own):
+                curtailed.add(equation.component)
+    return kept, frozenset(curtailed)
 
 
 def _first_inputs(present: list[Measurement]) -> list[Measurement]:

@@ -156,6 +156,10 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
             (*quality, *more),
         )
     at, seconds = rows[main], _unwrap_ms(boot_ms[main]) / 1000
+    if _tell_nothing(stamp_us, seconds):
+        arrival = np.interp(np.arange(stamp_us.size), at, seconds - seconds[0])
+        text = "the record stamps say nothing: times are taken from the time since boot"
+        quality = [_finding("repaired", 0.0, int(stamp_us.size), text)]
     first = _first_of_boots(at, seconds, arrival)
     arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
     arrival, pauses = _shorten_pauses(arrival, at, first)
@@ -180,6 +184,15 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     )
 
 
+def _tell_nothing(stamp_us: NDArray[np.uint64], seconds: Floats) -> bool:
+    """Return whether the stamps stand still or leap about while the vehicle's own clock runs."""
+    if seconds.size < 2 or np.any(np.diff(seconds) < 0):
+        return False
+    stamps = stamp_us.astype(np.float64) / 1e6
+    backward = float(np.mean(np.diff(stamps) < -STEP_S))
+    return backward > MOST_BACKWARD or float(np.ptp(stamps)) < LEAST_RUN * float(np.ptp(seconds))
+
+
 def _created(arrival: Floats, rows: Ints, said: Floats, delay: Floats, first: Ints) -> Floats:
     """Return when the records were made: their stamps less the delay of the timed ones around them.
 
@@ -197,6 +210,10 @@ def _created(arrival: Floats, rows: Ints, said: Floats, delay: Floats, first: In
     return created
 
 
+MOST_BACKWARD: Final = 0.05
+"""Share of stamps that step back by more than ``STEP_S``; clocks that are set do so a few times."""
+LEAST_RUN: Final = 0.01
+"""Stamps that run slower than this against the vehicle's clock stand still."""
 _MS_WRAP: Final = 2**32 / 1000  # s, 49.7 days: time_boot_ms has 32 bits
 
 

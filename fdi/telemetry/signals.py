@@ -162,7 +162,7 @@ def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Sig
     """
     records = {r.channel: _records(log, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
-    t = _grid(sampling.window or _extent(log), rate)
+    t = _grid(sampling.window or _extent(log), rate, own=sampling.window is None)
     columns, period = {}, {}
     for channel, record in records.items():
         values = _interpolate(record, t, sampling)
@@ -197,13 +197,15 @@ def _own_rate(records: Mapping[Channel, _Records]) -> float:
     return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
 
 
-def _grid(window: tuple[float, float], rate: float) -> Floats:
+def _grid(window: tuple[float, float], rate: float, *, own: bool) -> Floats:
     low, high = window
     if not (np.isfinite([low, high, rate]).all() and low <= high and rate > 0):
         raise UsageError(f"a window from {low} to {high} s at {rate} Hz makes no grid")
     count = int((high - low) * rate * (1 + _TIE) + _TIE) + 1
     if count > _MOST_SAMPLES:
-        raise UsageError(f"a window of {high - low:g} s at {rate:g} Hz has {count} samples")
+        # Without a window of the user's the extent is the log's own, and its times are nonsense.
+        kind = LogError if own else UsageError
+        raise kind(f"a window of {high - low:g} s at {rate:g} Hz has {count} samples")
     return low + np.arange(count) / rate
 
 

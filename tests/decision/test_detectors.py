@@ -140,6 +140,12 @@ def test_rank_strength_is_finite_where_the_threshold_is_zero():
     assert np.isfinite(alarms.strength[0, 7])
 
 
+def test_rank_strength_beyond_what_a_float_holds_is_cut():
+    values = np.full(MINUTE, 1e-309)
+    values[100:104] = 1e300
+    assert (PAPER.decide(residuals(values)).strength[0, 100:104] == 1e6).all()
+
+
 # Thresholds from stated accuracies.
 
 

@@ -154,10 +154,16 @@ def test_only_alarms_that_begin_in_the_air_accuse(flight, counts):
         assert bool(found.findings) == accuses, start
 
 
-@pytest.mark.parametrize(("start", "accuses"), [(29.75, False), (30, True), (69.75, True), (70, 0)])
+@pytest.mark.parametrize(("start", "accuses"), [(30, True), (69.75, True), (70, False)])
 def test_take_off_counts_and_the_moment_of_impact_does_not(start, accuses):
     found = answer(pairs("gps", "x", (start, start + 3)), flights=(FLIGHT,)).findings
-    assert bool(found) == bool(accuses)
+    assert bool(found) == accuses
+
+
+@pytest.mark.parametrize(("end", "accuses"), [(31, False), (35, True)])
+def test_alarm_that_stands_at_take_off_counts_from_there_if_enough_of_it_is_left(end, accuses):
+    found = answer(pairs("gps", "x", (10, end)), flights=(FLIGHT,)).findings
+    assert [finding.onset for finding in found] == [30.0] * accuses
 
 
 def test_finding_that_lasts_to_the_impact_has_no_end():
