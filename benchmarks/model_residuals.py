@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 
 import fdi
 from fdi.diagnosis.answer import in_air
-from fdi.diagnosis.explain import residual_unit
 from fdi.diagnosis.ranking import find_runs
 from fdi.model import Airframe, System
 from fdi.model.dimensions import dimension, dimension_of
@@ -89,7 +88,7 @@ def unit_of(bank: Bank, generator: Generator) -> str:
     """Return the SI unit of a residual: its own, or one that the model uses for such a quantity."""
     system = bank.system
     equation = system.equations[generator.residual]
-    unit = residual_unit(bank, equation)
+    unit = equation.unit
     if unit:
         return unit
     named = {name: v.unit for name, v in (*system.variables.items(), *system.parameters.items())}
