@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.residuals import Residuals
 
-if TYPE_CHECKING:
-    from fdi.decision.policy import Policy
-
 QUIET, TRIGGERED, UNKNOWN = 0, 1, -1
+
+
+Marking = Literal["majority", "all_residuals"]
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """What the diagnosis is to make of alarms: when it marks a fault, and whether it accuses."""
+
+    marking: Marking
+    accuse: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,8 +30,8 @@ class Alarms:
 
     Attributes
     ----------
-    policy : Policy
-        That decided; its marking is for the diagnosis.
+    use : Use
+        The policy's word to the diagnosis.
     threshold : (r, n) float
         In each residual's unit; NaN where it cannot be stated.
     centre : (r,) float
@@ -39,7 +47,7 @@ class Alarms:
     """
 
     residuals: Residuals
-    policy: Policy
+    use: Use
     threshold: NDArray[np.float64]
     centre: NDArray[np.float64]
     state: NDArray[np.int8]

@@ -10,19 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms
+from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
 from fdi.decision.noise import airborne_mask, centres, reference_mask, spread_factors
 from fdi.model.evaluate import wrap
 from fdi.model.parts import Kind
 from fdi.residuals import Residuals
-
-if TYPE_CHECKING:
-    from fdi.decision.policy import Policy
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +45,8 @@ class Rank:
     method: Literal["rank"] = "rank"
 
 
-def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
+def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use) -> Alarms:
     """Return the alarms of residuals that leave their predicted spread."""
-    recipe = policy.decision
-    assert isinstance(recipe, PredictedSpread)
     signals = residuals.signals
     values, spread = residuals.values, residuals.spread
     tolerance = residuals.tolerance[:, None]
@@ -77,10 +72,10 @@ def by_predicted_spread(residuals: Residuals, policy: Policy) -> Alarms:
         strength = size / threshold
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
     confirm = residuals.delay_s + (least - 1) / signals.rate_hz
-    return _alarms(residuals, policy, threshold, centre, state, alarm, strength, confirm)
+    return _alarms(residuals, use, threshold, centre, state, alarm, strength, confirm)
 
 
-def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
+def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
     """Return the alarms of residuals beyond the sample of a given rank, as published.
 
     References
@@ -88,8 +83,6 @@ def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
     Zogopoulos-Papaliakos, Logothetis, Kyriakopoulos, section IV: a residual triggers above the 97th
     percentile of its own absolute value over the window.
     """
-    recipe = policy.decision
-    assert isinstance(recipe, Rank)
     size = np.abs(residuals.values)
     threshold = np.full(size.shape, np.nan)
     for row, own in enumerate(size):
@@ -104,7 +97,7 @@ def by_rank(residuals: Residuals, policy: Policy) -> Alarms:
         strength = np.minimum(size / threshold, 1e6)
     zero = np.zeros(len(size))
     return _alarms(
-        residuals, policy, threshold, zero, state, state == TRIGGERED, strength, zero.copy()
+        residuals, use, threshold, zero, state, state == TRIGGERED, strength, zero.copy()
     )
 
 
@@ -143,7 +136,7 @@ def persistent(
 
 def _alarms(
     residuals: Residuals,
-    policy: Policy,
+    use: Use,
     threshold: NDArray[np.float64],
     centre: NDArray[np.float64],
     state: NDArray[np.int8],
@@ -154,10 +147,18 @@ def _alarms(
     alarm = alarm.reshape(state.shape)
     for array in (threshold, centre, state, alarm, strength, confirm):
         array.flags.writeable = False
-    return Alarms(residuals, policy, threshold, centre, state, alarm, strength, confirm)
+    return Alarms(residuals, use, threshold, centre, state, alarm, strength, confirm)
 
 
-DETECTORS: Final[Mapping[str, Callable[[Residuals, Policy], Alarms]]] = {
-    "predicted_spread": by_predicted_spread,
-    "rank": by_rank,
+@dataclass(frozen=True, slots=True)
+class Detector:
+    """A way to decide: the recipe it takes from a policy, and the function."""
+
+    recipe: type[PredictedSpread] | type[Rank]
+    decide: Callable[..., Alarms]
+
+
+DETECTORS: Final[Mapping[str, Detector]] = {
+    "predicted_spread": Detector(PredictedSpread, by_predicted_spread),
+    "rank": Detector(Rank, by_rank),
 }

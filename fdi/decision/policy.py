@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from fdi.decision.alarms import Alarms
+from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
 from fdi.errors import ModelError
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.telemetry import Sampling
 
-Marking = Literal["majority", "all_residuals"]
 FOLDER = Path(__file__).parent / "policies"
 
 
@@ -51,7 +50,8 @@ class Policy:
 
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
-        return DETECTORS[self.decision.method](residuals, self)
+        use = Use(self.marking, self.accuse)
+        return DETECTORS[self.decision.method].decide(residuals, self.decision, use)
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None
@@ -102,10 +102,6 @@ def load_policy(name: str | Path) -> Policy:
 
 def _policy(spec: Any, digest: str) -> Policy:
     decision: dict[str, Any] = spec.decision.model_dump()
-    kinds: dict[str, type[PredictedSpread] | type[Rank]] = {
-        "predicted_spread": PredictedSpread,
-        "rank": Rank,
-    }
     return Policy(
         name=spec.name,
         sha256=digest,
@@ -113,7 +109,7 @@ def _policy(spec: Any, digest: str) -> Policy:
         tests=spec.tests,
         sampling=Sampling(**spec.sampling.model_dump()),
         differentiation=Differentiation(**spec.differentiation.model_dump()),
-        decision=kinds[decision.pop("method")](**decision),
+        decision=DETECTORS[decision.pop("method")].recipe(**decision),
         marking=spec.marking,
         accuse=spec.accuse,
     )

@@ -59,7 +59,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     findings: tuple[Finding, ...] = ()
     consequences: tuple[Consequence, ...] = ()
     ruled_out: tuple[RuledOut, ...] = ()
-    if alarms.policy.accuse:
+    if alarms.use.accuse:
         findings, consequences = _accuse(alarms)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
@@ -69,7 +69,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     return Diagnosis(
         verdict=verdict(
             findings,
-            accuses=alarms.policy.accuse,
+            accuses=alarms.use.accuse,
             testable=testable,
             tests=len(alarms.state),
             raised=raised,

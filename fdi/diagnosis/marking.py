@@ -26,7 +26,7 @@ def fault_grid(alarms: Alarms) -> FaultGrid:
     """Return the marks of every fault of the system over time."""
     bank = alarms.residuals.bank
     holds = bank.incidence
-    mark = MARKINGS[alarms.policy.marking]
+    mark = MARKINGS[alarms.use.marking]
     marks = np.full((holds.shape[1], len(alarms.residuals.t)), UNKNOWN, dtype=np.int8)
     for column in range(holds.shape[1]):
         rows = holds[:, column]

@@ -40,7 +40,7 @@ from fdi.telemetry import Channel
 from fdi.units import si_units
 
 if TYPE_CHECKING:
-    from fdi.model.load import Definition, Definitions
+    from fdi.model.definitions import Definition, Definitions
     from fdi.model.schema import AirframeFile
 
 

@@ -8,58 +8,20 @@ definition of anything is an error unless the file extends the one that made the
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
+from fdi.model.definitions import SECTIONS, Definition, Definitions
 from fdi.model.yaml import Document, Place, read_document
 
 if TYPE_CHECKING:
     from fdi.model.schema import AirframeFile
 
 MAX_FILES: Final = 50
-SECTIONS: Final = (
-    "components",
-    "variables",
-    "parameters",
-    "equations",
-    "limits",
-    "equalities",
-    "inputs",
-    "measurements",
-)
-
-
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """One entry of one file: what it says, and where."""
-
-    entry: Any
-    document: Document
-    place: Place
-
-    def at(self, *more: str | int) -> str:
-        """Return ``file:line`` of the entry, or of a part of it."""
-        return f"{self.document.name}:{self.document.line((*self.place, *more))}"
-
-
-@dataclass(slots=True)
-class Definitions:
-    """All entries of a file and of what it includes, by section and name, in reading order."""
-
-    sections: dict[str, dict[str, Definition]] = field(
-        default_factory=lambda: {section: {} for section in SECTIONS}
-    )
-    problems: list[str] = field(default_factory=list)
-    digest: Any = field(default_factory=hashlib.sha256)
-    looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)
-    checksums: dict[Path, str] = field(default_factory=dict)
-    open_files: list[Path] = field(default_factory=list)
 
 
 def models_folder() -> Path:

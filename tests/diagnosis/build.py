@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fdi.decision import Alarms, load_policy
+from fdi.decision.alarms import Use
 from fdi.model import load_airframe
 from fdi.residuals import Residuals, build_bank
 from fdi.telemetry import Flight, Signals
@@ -87,7 +88,14 @@ def alarms_of(
     residuals = Residuals(bank, THRESHOLD * strength, every + 0.4, every, zero, zero, signals)
     threshold = np.full(state.shape, THRESHOLD)
     made = Alarms(
-        residuals, policy, threshold, zero, state, alarm, strength, np.full(count, CONFIRM_S)
+        residuals,
+        Use(policy.marking, policy.accuse),
+        threshold,
+        zero,
+        state,
+        alarm,
+        strength,
+        np.full(count, CONFIRM_S),
     )
     return replace(made, **changes)
 

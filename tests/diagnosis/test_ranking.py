@@ -232,7 +232,7 @@ def test_fault_of_a_component_that_was_chosen_later_keeps_the_first_onset():
 
 def test_policy_that_does_not_accuse_gives_the_grid_alone():
     alarms = alarms_of(BANK, pairs("gps", "x", (40, 60)))
-    found = diagnose(replace(alarms, policy=replace(alarms.policy, accuse=False)), BANK)
+    found = diagnose(replace(alarms, use=replace(alarms.use, accuse=False)), BANK)
     assert (found.findings, found.consequences, found.ruled_out) == ((), (), ())
     assert (found.grid.marks == 1).any()
 

@@ -36,7 +36,7 @@ def by_python(node, names):
         case "*", [a, b]:
             return a * b
         case "/", [a, b]:
-            return a / b if b else math.nan
+            return a / b if b and math.isfinite(a / b) else math.nan
         case "**", [a, b]:
             return a * a if b == 2 else a
         case "sqrt", [a]:
