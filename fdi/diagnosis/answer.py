@@ -202,7 +202,7 @@ def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, .
             channel for row in rows for channel in channels_of(bank, bank.generators[row])
         )
         shown = ", ".join(list(channels)[:4]) + (" ..." if len(channels) > 4 else "")
-        text = f"every testable fault has a test that ran and stayed quiet ({shown})"
+        text = f"every testable fault has a test that ran and raised no alarm ({shown})"
         result.append(RuledOut(component, text, tuple(bank.generators[row].id for row in rows)))
     return tuple(sorted(result, key=lambda item: item.component))
 

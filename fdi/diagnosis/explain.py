@@ -136,6 +136,9 @@ def verdict(
     first = findings[0]
     others = list(dict.fromkeys(f.component for f in findings if f.component != first.component))
     text = f"{first.component} failed first, from {first.onset:.1f} s: {first.evidence.text}"
+    again = [f"{f.onset:.1f} s" for f in findings[1:] if f.component == first.component]
+    if again:
+        text += f"; again from {', '.join(again[-3:])}"
     if first.inseparable_from:
         text += f" (cannot be told from {', '.join(first.inseparable_from)})"
     if others:

@@ -173,7 +173,7 @@ def _consequences(analysis: Analysis) -> Iterator[RenderableType]:
 def _ruled_out(analysis: Analysis) -> Iterator[RenderableType]:
     names = [item.component for item in analysis.diagnosis.ruled_out]
     if names:
-        yield heading("Ruled out: their tests ran and stayed quiet")
+        yield heading("Ruled out: their tests ran and raised no alarm")
         yield _indented(", ".join(names))
 
 
