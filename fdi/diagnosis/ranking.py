@@ -190,6 +190,10 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | Non
     ordered = sorted(upstream, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
     top = weights[ordered[0]][0]
     close = [n for n in ordered if weights[n][0] >= top - TIE * abs(top)]
+    if not single and (first := upstream & pool):
+        # Several at once, none explains all: what disturbs the others goes first, however strong
+        # their alarms are; what it leaves over is accused in turn.
+        close = [n for n in ordered if n in first]
     leading = min(close, key=lambda name: _precedence(name, close, bank))
     weight, faults = weights[leading]
     explained = tuple(run for run in found if set(bank.faults[run.row]) & set(faults))
