@@ -19,6 +19,7 @@ from fdi.structure import (
     mso_sets,
     mtes_sets,
 )
+from fdi.structure.isolability import double_isolability
 
 from .models import REFERENCE, needs_shared
 
@@ -67,14 +68,31 @@ def test_classes_equal_the_reference(path):
     assert list(found.free) == expected["free"]
 
 
+@pytest.mark.parametrize(
+    ("causality", "key"), [("mixed", "mixed"), ("integral", "int"), ("derivative", "der")]
+)
 @each_model
-def test_detectability_and_isolability_equal_the_reference(path):
+def test_detectability_and_isolability_equal_the_reference(path, causality, key):
     expected, model = reference_of(path), load_reference(path)
     if "detectable" in expected:
-        assert detectable(model).nonzero()[0].tolist() == expected["detectable"]["mixed"]
+        found = detectable(model, causality).nonzero()[0].tolist()
+        assert found == expected["detectable"][key]
     if "isolable" in expected:
-        rows = ["".join("01"[int(x)] for x in row) for row in isolability(model)]
-        assert rows == expected["isolable"]["mixed"]["rows"]
+        rows = ["".join("01"[int(x)] for x in row) for row in isolability(model, causality)]
+        assert rows == expected["isolable"][key]["rows"]
+
+
+@pytest.mark.parametrize("path", REFERENCE, ids=names(REFERENCE))
+def test_double_isolability_equals_the_reference(path):
+    extras = json.loads((path.parents[1] / "extras.json").read_text(encoding="utf-8"))
+    expected = extras.get(path.stem, {}).get("double")
+    if expected is None:
+        pytest.skip("no reference of double faults for this model")
+    found = double_isolability(load_reference(path))
+    for pair, text in expected.items():
+        j, k = map(int, pair.split(","))
+        assert "".join("01"[int(x)] for x in found[:, j, k]) == text
+        assert (found[:, k, j] == found[:, j, k]).all()
 
 
 def assert_sets_equal(model, found, expected, sets_of_classes):
