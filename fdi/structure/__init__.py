@@ -15,7 +15,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``dual.py``: the vectors in which removing an equation is a projection
 - ``flats.py``: the search over these vectors
 - ``field.py``: packed arithmetic modulo 2^61 - 1
-- ``causality.py``: what remains when constraints are only integrated, or only differentiated
+- ``causality.py``: what can be computed by integrating, by differentiating; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
 """
 

@@ -108,7 +108,33 @@ def decompose(model: Model) -> Decomposition:
     >>> parts.over.equations, parts.under.equations, parts.under.unknowns
     ((0, 1), (2,), (1, 2))
     """
-    rows, n = model.rows, len(model.unknowns)
+    return decompose_rows(model.rows, len(model.unknowns))
+
+
+def decompose_rows(rows: Rows, n_unknowns: int) -> Decomposition:
+    """Return the parts of bare rows, see :func:`decompose`.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+        For each equation the indices of its unknowns.
+    n_unknowns : int
+        Number of unknowns, n.
+
+    Returns
+    -------
+    Decomposition
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> decompose_rows(((0,), (0, 1)), 2).hall
+    (Part(equations=(0,), unknowns=(0,)), Part(equations=(1,), unknowns=(1,)))
+    """
+    n = n_unknowns
     equation_of, unknown_of = match(rows, n)
     over = set(reached(rows, equation_of, unknown_of))
     over_unknowns = {unknown for equation in over for unknown in rows[equation]}

@@ -10,6 +10,7 @@ import json
 import pytest
 
 from fdi.structure import (
+    bitset,
     classes,
     decompose,
     detectable,
@@ -18,6 +19,12 @@ from fdi.structure import (
     members,
     mso_sets,
     mtes_sets,
+)
+from fdi.structure.causality import (
+    is_low_index,
+    is_observable,
+    residual_causality,
+    structural_index,
 )
 from fdi.structure.isolability import double_isolability
 
@@ -120,3 +127,46 @@ def test_mtes_equal_the_reference(path):
     expected, model = reference_of(path), load_reference(path)
     found = list(mtes_sets(model))
     assert_sets_equal(model, found, expected["mtes"], expected["classes"]["sets"])
+
+
+def strings(kind, key):
+    """The models whose sets have one stored string or character each."""
+    return [
+        pytest.param(path, kind, id=f"{path.stem}-{kind}")
+        for path in REFERENCE
+        if key in reference_of(path).get(kind, {})
+    ]
+
+
+def sets_of(expected, kind):
+    classes_of = [bitset(equations) for equations, _ in expected["classes"]["sets"]]
+    for mask in expected[kind]["masks"]:
+        yield sum(classes_of[k] for k in members(int(mask, 16)))
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"), [*strings("mso", "low_index"), *strings("mtes", "low_index")]
+)
+def test_low_index_and_observability_of_sets_equal_the_reference(path, kind):
+    expected, model = reference_of(path), load_reference(path)
+    sets = list(sets_of(expected, kind))
+    assert "".join("01"[is_low_index(model, bits)] for bits in sets) == expected[kind]["low_index"]
+    found = "".join("01"[is_observable(model, bits)] for bits in sets)
+    assert found == expected[kind]["observable"]
+
+
+@pytest.mark.parametrize(("path", "kind"), strings("mso", "causality"))
+def test_causality_of_residuals_equals_the_reference(path, kind):
+    expected, model = reference_of(path), load_reference(path)
+    found = [residual_causality(model, bits) for bits in sets_of(expected, kind)]
+    assert found == expected[kind]["causality"]
+
+
+@each_model
+def test_low_index_and_structural_index_of_models_equal_the_reference(path):
+    expected, model = reference_of(path), load_reference(path)
+    if "low_index" in expected:
+        assert is_low_index(model) == expected["low_index"]
+    if "pantelides" in expected:
+        index = expected["pantelides"]["index"]
+        assert structural_index(model) == (index, tuple(expected["pantelides"]["nu"]))
