@@ -19,6 +19,7 @@ from fdi.structure import (
     members,
     mso_sets,
     mtes_sets,
+    place_sensors,
 )
 from fdi.structure.causality import (
     is_low_index,
@@ -170,3 +171,14 @@ def test_low_index_and_structural_index_of_models_equal_the_reference(path):
     if "pantelides" in expected:
         index = expected["pantelides"]["index"]
         assert structural_index(model) == (index, tuple(expected["pantelides"]["nu"]))
+
+
+@pytest.mark.parametrize("goal", ["detectability", "isolability"])
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, id=p.stem) for p in REFERENCE if "sensors" in reference_of(p)]
+)
+def test_sensor_sets_equal_the_reference(path, goal):
+    expected, model = reference_of(path)["sensors"], load_reference(path)
+    found = place_sensors(model, expected["candidates"], goal=goal)
+    known, size = expected[goal]["sets"], expected[goal]["exhaustive_to_size"]
+    assert sorted(list(s) for s in found if len(s) <= size) == sorted(known)
