@@ -77,7 +77,7 @@ def causally_overdetermined(
     References
     ----------
     Frisk, Bregon, Åslund, Krysander, Pulido, Biswas, "Diagnosability analysis considering causal
-    interpretations for differential constraints", IEEE Trans. SMC-A 42(5), 2012, section V.
+    interpretations for differential constraints", IEEE Trans. SMC-A 42(5), 2012.
 
     Examples
     --------
@@ -157,9 +157,8 @@ def is_low_index(model: Model, equations: int | None = None) -> bool:
 
     References
     ----------
-    Frisk, Krysander, Åslund, "Sensor placement for fault isolation in linear
-    differential-algebraic systems", Automatica 45(2), 2009; ``shared/structural/README.md``,
-    section 2.
+    ``shared/structural/README.md``, section 2 (as in the toolbox of record); for the index of
+    square models Pantelides, SIAM J. Sci. Stat. Comput. 9(2), 1988.
 
     Examples
     --------
@@ -200,7 +199,7 @@ def is_observable(model: Model, equations: int | None = None) -> bool:
 
     References
     ----------
-    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008; conditions as in the toolbox of record,
+    The conditions are those of the toolbox of record, faultdiagnosistoolbox 0.12.5,
     ``shared/structural/README.md``, section 1 (``observable``).
 
     Examples

@@ -41,7 +41,7 @@ def add_sensors(model: Model, unknowns: Iterable[int]) -> Model:
 
     References
     ----------
-    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, section III.
+    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008.
 
     Examples
     --------
