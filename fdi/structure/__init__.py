@@ -15,13 +15,16 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``dual.py``: the vectors in which removing an equation is a projection
 - ``flats.py``: the search over these vectors
 - ``field.py``: packed arithmetic modulo 2^61 - 1
+- ``causality.py``: what can be computed by integrating, by differentiating; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
+- ``placement.py``: minimal sets of added sensors
 """
 
 from fdi.structure.decomposition import decompose, graph_components
 from fdi.structure.equivalence import classes
 from fdi.structure.incidence import Fault, Model, bitset, load_reference, members, submodel
 from fdi.structure.isolability import detectable, isolability
+from fdi.structure.placement import place_sensors
 from fdi.structure.testsets import count_bound, mso_sets, mtes_sets
 
 __all__ = [
@@ -38,5 +41,6 @@ __all__ = [
     "members",
     "mso_sets",
     "mtes_sets",
+    "place_sensors",
     "submodel",
 ]

@@ -108,11 +108,37 @@ def decompose(model: Model) -> Decomposition:
     >>> parts.over.equations, parts.under.equations, parts.under.unknowns
     ((0, 1), (2,), (1, 2))
     """
-    rows, n = model.rows, len(model.unknowns)
+    return decompose_rows(model.rows, len(model.unknowns))
+
+
+def decompose_rows(rows: Rows, n_unknowns: int) -> Decomposition:
+    """Return the parts of bare rows, see :func:`decompose`.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+        For each equation the indices of its unknowns.
+    n_unknowns : int
+        Number of unknowns, n.
+
+    Returns
+    -------
+    Decomposition
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> decompose_rows(((0,), (0, 1)), 2).hall
+    (Part(equations=(0,), unknowns=(0,)), Part(equations=(1,), unknowns=(1,)))
+    """
+    n = n_unknowns
     equation_of, unknown_of = match(rows, n)
     over = set(reached(rows, equation_of, unknown_of))
     over_unknowns = {unknown for equation in over for unknown in rows[equation]}
-    under, under_unknowns = _underdetermined(rows, equation_of, unknown_of)
+    under, under_unknowns = underdetermined(rows, equation_of, unknown_of)
     just = [e for e in range(len(rows)) if e not in over and e not in under]
     just_unknowns = [u for u in range(n) if u not in over_unknowns and u not in under_unknowns]
     return Decomposition(
@@ -258,9 +284,31 @@ def reached(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> list[i
     return order
 
 
-def _underdetermined(
+def underdetermined(
     rows: Rows, equation_of: list[int], unknown_of: list[int]
 ) -> tuple[set[int], set[int]]:
+    """Return the equations and unknowns that alternating paths reach from unmatched unknowns.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+    equation_of, unknown_of : list of int
+        A maximum matching, see :func:`fdi.structure.matching.match`.
+
+    Returns
+    -------
+    equations, unknowns : set of int
+        The underdetermined part. Unknowns that occur in no equation belong to it.
+
+    References
+    ----------
+    Dulmage and Mendelsohn, Canadian J. Math. 10, 1958.
+
+    Examples
+    --------
+    >>> underdetermined(((0,), (1, 2)), [0, 1, -1], [0, 1])
+    ({1}, {1, 2})
+    """
     holders: dict[int, list[int]] = {}
     for equation, row in enumerate(rows):
         for unknown in row:

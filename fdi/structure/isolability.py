@@ -2,8 +2,8 @@
 
 In: a model, or the signatures of a bank of tests. Out: boolean arrays over the faults. From the
 model no set is enumerated: fault f is isolable from g when an equation of f stays overdetermined
-after the equations of g are removed, and that is class membership. Only mixed causality: whether a
-test can be implemented is not asked here.
+after the equations of g are removed; in mixed causality that is class membership. Integral and
+derivative causality ask whether differential constraints can be used that way, no more.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
+from fdi.structure.causality import causally_overdetermined, require_causality
 from fdi.structure.decomposition import overdetermined
 from fdi.structure.equivalence import equivalent
 from fdi.structure.incidence import Model
@@ -21,37 +22,48 @@ from fdi.structure.incidence import Model
 Mask = NDArray[np.bool_]
 
 
-def detectable(model: Model) -> Mask:
+def detectable(model: Model, causality: str = "mixed") -> Mask:
     """Return which faults a test can react to.
 
     Parameters
     ----------
     model : Model
+    causality : {"mixed", "integral", "derivative"}
+        How differential constraints may be used, see
+        :func:`fdi.structure.causality.causally_overdetermined`.
 
     Returns
     -------
     (n_f,) bool array
         True where an equation of the fault lies in the overdetermined part.
 
+    Raises
+    ------
+    UsageError
+        When the causality is none of the three.
+
     References
     ----------
-    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, definition 2.
+    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, definition 2; for the causalities Frisk,
+    Bregon, Åslund, Krysander, Pulido, Biswas, IEEE Trans. SMC-A 42(5), 2012.
 
     Examples
     --------
     >>> detectable(Model.from_matrix([[1, 0], [1, 0], [0, 1]], faults={"f": 0, "g": 2}))
     array([ True, False])
     """
-    over = set(overdetermined(model.rows))
-    return np.array([not over.isdisjoint(fault.equations) for fault in model.faults], dtype=bool)
+    return _touched(model, set(causally_overdetermined(model, causality)))
 
 
-def isolability(model: Model) -> Mask:
+def isolability(model: Model, causality: str = "mixed") -> Mask:
     """Return which fault can be told from which other.
 
     Parameters
     ----------
     model : Model
+    causality : {"mixed", "integral", "derivative"}
+        How differential constraints may be used, see
+        :func:`fdi.structure.causality.causally_overdetermined`.
 
     Returns
     -------
@@ -59,15 +71,22 @@ def isolability(model: Model) -> Mask:
         ``[i, j]`` is True when a test exists that reacts to fault i and not to fault j; the
         diagonal is False.
 
+    Raises
+    ------
+    UsageError
+        When the causality is none of the three.
+
     Notes
     -----
-    One pass finds the classes of all equations. A fault whose equations lie in several classes
-    needs a decomposition of its own.
+    Mixed causality: one pass finds the classes of all equations, and a fault whose equations lie
+    in several classes needs a decomposition of its own. The other two: a few decompositions for
+    each fault.
 
     References
     ----------
     Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, definition 3; the classes are those of
-    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008.
+    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008; for the causalities Frisk, Bregon,
+    Åslund, Krysander, Pulido, Biswas, IEEE Trans. SMC-A 42(5), 2012.
 
     Examples
     --------
@@ -75,11 +94,68 @@ def isolability(model: Model) -> Mask:
     >>> isolability(model)
     array([[False,  True],
            [ True, False]])
+
+    A state x with a measured derivative is tested by integrating or by differentiating.
+
+    >>> from fdi.structure import Fault
+    >>> model = Model(("dx = d/dt x", "y1 = dx", "y2 = x"), ("x", "dx"), ((0, 1), (1,), (0,)),
+    ...               (Fault("f", (1,)),), ((0, 0, "i"), (0, 1, "d")))
+    >>> detectable(model, "integral"), detectable(model, "derivative")
+    (array([ True]), array([ True]))
     """
+    if causality == "mixed":
+        return _isolable_mixed(model, range(len(model.rows)))
+    require_causality(causality)
+    result: Mask = np.zeros((len(model.faults), len(model.faults)), dtype=bool)
+    for j, fault in enumerate(model.faults):
+        over = causally_overdetermined(model, causality, without=fault.equations)
+        result[:, j] = _touched(model, set(over))
+    return result
+
+
+def double_isolability(model: Model) -> Mask:
+    """Return which fault can be told from which two that occur together, in mixed causality.
+
+    Parameters
+    ----------
+    model : Model
+
+    Returns
+    -------
+    (n_f, n_f, n_f) bool array
+        ``[i, j, k]`` is True when a test exists that reacts to fault i and neither to j nor to k;
+        symmetric in j and k, and for j = k the isolability from one fault.
+
+    Notes
+    -----
+    One pass for each fault: that of :func:`isolability` over the equations which the fault does
+    not enter.
+
+    References
+    ----------
+    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, definition 3, for a set of two faults.
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1]] * 4, faults={"f": 0, "g": 1, "h": 2})
+    >>> double_isolability(model)[:, 1, 2]
+    array([ True, False, False])
+    """
+    n = len(model.faults)
+    result: Mask = np.zeros((n, n, n), dtype=bool)
+    for j, fault in enumerate(model.faults):
+        kept = [e for e in range(len(model.rows)) if e not in fault.equations]
+        result[:, j, :] = _isolable_mixed(model, kept)
+    return result
+
+
+def _isolable_mixed(model: Model, kept: Sequence[int]) -> Mask:
+    """Return the isolability matrix of the kept equations, over all faults of the model."""
     class_of = [-1] * len(model.rows)
-    for k, group in enumerate(equivalent(model.rows, len(model.unknowns))):
-        for equation in group:
-            class_of[equation] = k
+    groups = equivalent([model.rows[e] for e in kept], len(model.unknowns))
+    for k, group in enumerate(groups):
+        for position in group:
+            class_of[kept[position]] = k
     classes_of = [{class_of[e] for e in fault.equations} - {-1} for fault in model.faults]
     # With one class per fault the matrix is one comparison; the others correct their row or column.
     single = np.array([min(own) if len(own) == 1 else -1 for own in classes_of], dtype=np.intp)
@@ -89,14 +165,17 @@ def isolability(model: Model) -> Mask:
             result[i] = [bool(own - other) for other in classes_of]
     for j, other in enumerate(classes_of):
         if len(other) > 1:
-            removed = set(model.faults[j].equations)
-            over = set(
-                overdetermined([() if e in removed else r for e, r in enumerate(model.rows)])
-            )
-            over -= removed
-            result[:, j] = [not over.isdisjoint(fault.equations) for fault in model.faults]
+            left = [e for e in kept if e not in model.faults[j].equations]
+            over = overdetermined([model.rows[e] for e in left])
+            result[:, j] = _touched(model, {left[position] for position in over})
     np.fill_diagonal(result, False)
     return result
+
+
+def _touched(model: Model, equations: set[int]) -> Mask:
+    return np.array(
+        [not equations.isdisjoint(fault.equations) for fault in model.faults], dtype=bool
+    )
 
 
 def detectable_of_signatures(signatures: ArrayLike) -> Mask:

@@ -10,6 +10,7 @@ import json
 import pytest
 
 from fdi.structure import (
+    bitset,
     classes,
     decompose,
     detectable,
@@ -18,7 +19,15 @@ from fdi.structure import (
     members,
     mso_sets,
     mtes_sets,
+    place_sensors,
 )
+from fdi.structure.causality import (
+    is_low_index,
+    is_observable,
+    residual_causality,
+    structural_index,
+)
+from fdi.structure.isolability import double_isolability
 
 from .models import REFERENCE, needs_shared
 
@@ -67,14 +76,31 @@ def test_classes_equal_the_reference(path):
     assert list(found.free) == expected["free"]
 
 
+@pytest.mark.parametrize(
+    ("causality", "key"), [("mixed", "mixed"), ("integral", "int"), ("derivative", "der")]
+)
 @each_model
-def test_detectability_and_isolability_equal_the_reference(path):
+def test_detectability_and_isolability_equal_the_reference(path, causality, key):
     expected, model = reference_of(path), load_reference(path)
     if "detectable" in expected:
-        assert detectable(model).nonzero()[0].tolist() == expected["detectable"]["mixed"]
+        found = detectable(model, causality).nonzero()[0].tolist()
+        assert found == expected["detectable"][key]
     if "isolable" in expected:
-        rows = ["".join("01"[int(x)] for x in row) for row in isolability(model)]
-        assert rows == expected["isolable"]["mixed"]["rows"]
+        rows = ["".join("01"[int(x)] for x in row) for row in isolability(model, causality)]
+        assert rows == expected["isolable"][key]["rows"]
+
+
+@pytest.mark.parametrize("path", REFERENCE, ids=names(REFERENCE))
+def test_double_isolability_equals_the_reference(path):
+    extras = json.loads((path.parents[1] / "extras.json").read_text(encoding="utf-8"))
+    expected = extras.get(path.stem, {}).get("double")
+    if expected is None:
+        pytest.skip("no reference of double faults for this model")
+    found = double_isolability(load_reference(path))
+    for pair, text in expected.items():
+        j, k = map(int, pair.split(","))
+        assert "".join("01"[int(x)] for x in found[:, j, k]) == text
+        assert (found[:, k, j] == found[:, j, k]).all()
 
 
 def assert_sets_equal(model, found, expected, sets_of_classes):
@@ -102,3 +128,57 @@ def test_mtes_equal_the_reference(path):
     expected, model = reference_of(path), load_reference(path)
     found = list(mtes_sets(model))
     assert_sets_equal(model, found, expected["mtes"], expected["classes"]["sets"])
+
+
+def strings(kind, key):
+    """The models whose sets have one stored string or character each."""
+    return [
+        pytest.param(path, kind, id=f"{path.stem}-{kind}")
+        for path in REFERENCE
+        if key in reference_of(path).get(kind, {})
+    ]
+
+
+def sets_of(expected, kind):
+    classes_of = [bitset(equations) for equations, _ in expected["classes"]["sets"]]
+    for mask in expected[kind]["masks"]:
+        yield sum(classes_of[k] for k in members(int(mask, 16)))
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"), [*strings("mso", "low_index"), *strings("mtes", "low_index")]
+)
+def test_low_index_and_observability_of_sets_equal_the_reference(path, kind):
+    expected, model = reference_of(path), load_reference(path)
+    sets = list(sets_of(expected, kind))
+    assert "".join("01"[is_low_index(model, bits)] for bits in sets) == expected[kind]["low_index"]
+    found = "".join("01"[is_observable(model, bits)] for bits in sets)
+    assert found == expected[kind]["observable"]
+
+
+@pytest.mark.parametrize(("path", "kind"), strings("mso", "causality"))
+def test_causality_of_residuals_equals_the_reference(path, kind):
+    expected, model = reference_of(path), load_reference(path)
+    found = [residual_causality(model, bits) for bits in sets_of(expected, kind)]
+    assert found == expected[kind]["causality"]
+
+
+@each_model
+def test_low_index_and_structural_index_of_models_equal_the_reference(path):
+    expected, model = reference_of(path), load_reference(path)
+    if "low_index" in expected:
+        assert is_low_index(model) == expected["low_index"]
+    if "pantelides" in expected:
+        index = expected["pantelides"]["index"]
+        assert structural_index(model) == (index, tuple(expected["pantelides"]["nu"]))
+
+
+@pytest.mark.parametrize("goal", ["detectability", "isolability"])
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, id=p.stem) for p in REFERENCE if "sensors" in reference_of(p)]
+)
+def test_sensor_sets_equal_the_reference(path, goal):
+    expected, model = reference_of(path)["sensors"], load_reference(path)
+    found = place_sensors(model, expected["candidates"], goal=goal)
+    known, size = expected[goal]["sets"], expected[goal]["exhaustive_to_size"]
+    assert sorted(list(s) for s in found if len(s) <= size) == sorted(known)
