@@ -235,3 +235,13 @@ def test_telemetry_and_dataflash_of_one_flight_agree_in_mavlinks_words():
         apart = np.abs(np.interp(at, other.t, other.value) - mine.value)
         inside = (at > other.t[0]) & (at < other.t[-1])
         assert np.nanmedian(apart[inside]) < within, channel
+
+
+def test_noise_at_the_end_does_not_stretch_the_log(load):
+    log = load(small() + b"\xa3\x95" * 500)
+    assert log.duration < 10.0
+
+
+def test_records_of_noise_have_no_time_of_their_own(load):
+    noise = b"".join(b"\xa3\x95\x14" + b"\xc7" * 15 for _ in range(40))
+    assert load(small() + noise).duration < 10.0

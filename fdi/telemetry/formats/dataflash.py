@@ -58,7 +58,7 @@ _SPECIMEN: Final = 4 << 20  # bytes that decide between known versions
 _SINGLE: Final = 20  # more findings of one kind are told as one
 _SLACK_S: Final = 2.0  # a record's own time further from its neighbours' is damaged
 _APART_S: Final = 1e-6
-_LARGEST_US: Final = 2**53
+_LARGEST_US: Final = 2**42  # 50 days since boot: more is noise, and the record has no time
 _GPS_EPOCH: Final = 315964800  # s since 1970: 6 January 1980
 _WEEK_S: Final = 604800
 _FIRST_WEEK: Final = (
@@ -182,10 +182,9 @@ def _stamps(
         if field is None or field.character not in "IQ":
             continue
         said = records.values(here, field).astype(np.uint64)
-        scale = np.uint64(1 if micros else 1000)
-        stamp[here] = np.minimum(said, np.uint64(_LARGEST_US // 1000)) * scale
-        if micros:
-            stamp[here] = np.minimum(said, np.uint64(_LARGEST_US))
+        likely = said < np.uint64(_LARGEST_US)
+        here = here[likely]
+        stamp[here] = said[likely] * np.uint64(1 if micros else 1000)
         timed[here] = True
     if timed.any():
         last = np.maximum.accumulate(np.where(timed, np.arange(timed.size), -1))
