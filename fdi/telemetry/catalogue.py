@@ -31,7 +31,8 @@ class FieldMeaning:
 
 
 @cache
-def _table(name: str) -> Mapping[str, Any]:
+def data_table(name: str) -> Mapping[str, Any]:
+    """Return one of the tables in ``data/``."""
     text = files("fdi.telemetry").joinpath("data", f"{name}.json").read_text("utf-8")
     table: Mapping[str, Any] = json.loads(text)
     return table
@@ -69,25 +70,25 @@ def _rules_of(message: str) -> tuple[Mapping[str, Any], ...]:
     def concerns(pattern: str) -> bool:
         return fnmatchcase(message, pattern.partition(".")[0])
 
-    rules = _table("units_mavlink")["rules"]
+    rules = data_table("units_mavlink")["rules"]
     return tuple(rule for rule in rules if any(map(concerns, rule["fields"])))
 
 
 def mavlink_vehicle(kind: int) -> str:
     """Return the vehicle's name of a MAV_TYPE, "other" where it is none of ours."""
-    name: str = _table("modes_mavlink")["vehicle"].get(str(kind), "other")
+    name: str = data_table("modes_mavlink")["vehicle"].get(str(kind), "other")
     return name
 
 
 def mavlink_autopilot(number: int) -> str:
     """Return the autopilot's name of a MAV_AUTOPILOT, "other" where it is none of ours."""
-    name: str = _table("modes_mavlink")["autopilot"].get(str(number), "other")
+    name: str = data_table("modes_mavlink")["autopilot"].get(str(number), "other")
     return name
 
 
 def mavlink_firmware(autopilot: str, vehicle: str) -> str | None:
     """Return the name of the firmware that such an autopilot runs in such a vehicle."""
-    table = _table("modes_mavlink")
+    table = data_table("modes_mavlink")
     name: str | None = table["firmware"].get(autopilot)
     return table["firmware"].get(table["mode_table"][vehicle]) if autopilot == "ardupilot" else name
 
@@ -100,7 +101,7 @@ def mavlink_mode(custom_mode: int, *, autopilot: str, vehicle: str) -> str:
     >>> mavlink_mode(10, autopilot="ardupilot", vehicle="plane")
     'AUTO'
     """
-    table = _table("modes_mavlink")
+    table = data_table("modes_mavlink")
     if autopilot == "px4":
         main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
         name = table["px4"]["main"].get(str(main), f"MODE_{main}")
@@ -114,7 +115,7 @@ def mavlink_mode(custom_mode: int, *, autopilot: str, vehicle: str) -> str:
 
 @cache
 def _failsafe_patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
-    table = _table("failsafe_texts")
+    table = data_table("failsafe_texts")
     is_one, is_none = ("|".join(table[key]) for key in ("failsafe", "not_failsafe"))
     return re.compile(is_one, re.IGNORECASE), re.compile(is_none, re.IGNORECASE)
 

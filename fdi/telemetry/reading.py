@@ -42,7 +42,7 @@ def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
             raise LogError(
                 f"is {name}, which this version does not read",
                 where=str(where),
-                hint="give a .tlog",
+                hint="give a .tlog or an ArduPilot .bin",
             )
     for is_it, read_it in FORMATS.values():
         if is_it(data):

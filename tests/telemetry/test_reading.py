@@ -22,6 +22,7 @@ INTACT = Flight(hover=2.0, height=6.0)
         (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", "DataFlash log in text"),
         (b"hello\n" * 1000, "no known format"),
         (b"\xa3\x95\x80" + bytes(200), "DataFlash"),
+        (b"\xa3\x95\x80\x02\x37ATT " + b"f".ljust(80), "sdlog2"),
         (b"ULog\x01\x12\x35\x01" + bytes(100), "ULog"),
         (b"\x1f\x8b\x08" + bytes(100), "gzip"),
         (b"PK\x03\x04" + bytes(100), "zip"),

@@ -3,13 +3,18 @@
 Decided by content, never by name. A format is one file here: ``is_x(data)`` looks at the bytes,
 ``read_x(path, data, system=...)`` returns the `Log`.
 
-tlog.py             MAVLink telemetry log: puts the log together
-mavlink_frames.py   finds frames and damage in the bytes
-mavlink_columns.py  payloads to columns
-mavlink_events.py   modes, arming, texts, parameters
-mavlink_signs.py    which way is up
-mavlink_repeats.py  frames that came twice
-mavlink_quality.py  what was lost
+dataflash.py          ArduPilot DataFlash log: puts the log together
+dataflash_layouts.py  definitions and units of its records
+dataflash_records.py  finds records and damage in the bytes
+dataflash_events.py   modes, arming, texts, parameters
+dataflash_meaning.py  the same in MAVLink's words
+tlog.py               MAVLink telemetry log: puts the log together
+mavlink_frames.py     finds frames and damage in the bytes
+mavlink_columns.py    payloads to columns
+mavlink_events.py     modes, arming, texts, parameters
+mavlink_signs.py      which way is up
+mavlink_repeats.py    frames that came twice
+mavlink_quality.py    what was lost
 """
 
 from __future__ import annotations
@@ -20,18 +25,19 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.formats.dataflash import is_dataflash, read_dataflash
 from fdi.telemetry.formats.tlog import is_tlog, read_tlog
 from fdi.telemetry.log import Log
 
 Data = NDArray[np.uint8]
 
 FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
+    "dataflash": (is_dataflash, read_dataflash),  # first: the cheaper look
     "tlog": (is_tlog, read_tlog),
 }
 
 # What a file begins with that this version does not read: refused by name.
 NOT_READ: Final[dict[str, bytes]] = {
-    "a DataFlash log (.bin)": b"\xa3\x95",
     "a ULog (.ulg)": b"ULog\x01\x12\x35",
     "a DataFlash log in text form (.log)": b"FMT,",
     "a gzip archive": b"\x1f\x8b",

@@ -1,0 +1,258 @@
+"""How are the records of a DataFlash log laid out, and in what unit is each field?
+
+In: the bytes. Out: `Layout`s, from the file's own FMT, FMTU, UNIT and MULT records, and from the
+carried table of known firmware where the file's are missing.
+
+A definition is believed only when it fits together (name, characters, length): a false header
+``A3 95 80`` in damaged bytes would spoil the rest. Type ids move between firmware versions, so a
+missing one is taken only from a version whose other definitions agree with the file's.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.catalogue import data_table
+from fdi.units import Conversion, si
+
+Bytes = NDArray[np.uint8]
+Ints = NDArray[np.int64]
+
+FMT: Final = 0x80
+FMT_LENGTH: Final = 89
+LENGTHS: Final = range(3, 256)
+CHARACTERS: Final = {
+    **{"a": "<i2", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4"},
+    **{"q": "<i8", "Q": "<u8", "f": "<f4", "d": "<f8", "g": "<f2", "c": "<i2", "C": "<u2"},
+    **{"n": "S4", "N": "S16", "Z": "S64", "M": "u1", "L": "<i4", "e": "<i4", "E": "<u4"},
+}
+_LEGACY: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
+_NAME: Final = re.compile(r"[A-Z0-9]{1,4}")
+_LABEL: Final = re.compile(r"[^A-Za-z0-9_]")
+_ARRAY: Final = 32  # entries of the one array character
+_AGREE: Final = 0.8  # share of the file's definitions that a known version must have alike
+_CHUNK: Final = 16 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a record (one entry of an array): place in it, header included, and type."""
+
+    name: str
+    offset: int
+    dtype: str
+    character: str
+    index: int  # of the format's character
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the values are `str`."""
+        return self.character in "nNZ"
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """What the records of a type look like from byte ``since`` on."""
+
+    number: int
+    name: str
+    length: int
+    fields: tuple[Field, ...]
+    since: int = 0
+    is_known: bool = False  # from the table, not from the file
+
+    def field(self, name: str) -> Field | None:
+        """Return a field by name, None where there is none."""
+        return next((f for f in self.fields if f.name == name), None)
+
+    @property
+    def shape(self) -> tuple[str, int, tuple[Field, ...]]:
+        """What tells two layouts apart."""
+        return self.name, self.length, self.fields
+
+
+def layout(number: int, name: str, length: int, form: str, labels: str) -> Layout | None:
+    """Return the layout of a definition, None where it does not fit together."""
+    if not _NAME.fullmatch(name) or length not in LENGTHS:
+        return None
+    if any(c not in CHARACTERS for c in form):
+        return None
+    names = [_LABEL.sub("_", label.strip()) for label in labels.split(",")]
+    fields: list[Field] = []
+    taken: set[str] = set()
+    offset = 3
+    for i, character in enumerate(form):
+        dtype = CHARACTERS[character]
+        label = names[i] if i < len(names) and names[i] else f"field_{i}"
+        while label in taken:
+            label += "_"
+        taken.add(label)
+        width = np.dtype(dtype).itemsize
+        for entry in range(_ARRAY) if character == "a" else (None,):
+            full = label if entry is None else f"{label}[{entry}]"
+            fields.append(Field(full, offset, dtype, character, i))
+            offset += width
+    return Layout(number, name, length, tuple(fields)) if offset == length else None
+
+
+def headers(data: Bytes, low: int, high: int) -> Ints:
+    """Return where ``A3 95`` stands from low to high."""
+    part = data[low : min(high + 1, data.size)]
+    found: Ints = np.flatnonzero((part[:-1] == 0xA3) & (part[1:] == 0x95)) + low
+    return found
+
+
+def defined(data: Bytes) -> list[Layout]:
+    """Return the layouts that the file defines, in its order; repeated ones once."""
+    found: dict[int, Layout] = {}
+    made = []
+    for low in range(0, data.size, _CHUNK):
+        for place in plausible(data, headers(data, low, low + _CHUNK)).tolist():
+            one = definition_at(data, place)
+            if one is None:
+                continue
+            old = found.get(one.number)
+            if old is None or old.shape != one.shape:
+                since = 0 if old is None else place
+                one = Layout(one.number, one.name, one.length, one.fields, since)
+                found[one.number] = one
+                made.append(one)
+    return made
+
+
+def plausible(data: Bytes, at: Ints) -> Ints:
+    """Return those headers that may begin a definition: its bytes are looked at only there."""
+    at = at[at + FMT_LENGTH <= data.size]
+    at = at[data[at + 2] == FMT]
+    name = data[at + 5]
+    found: Ints = at[(name >= 0x30) & (name <= 0x5A) & (data[at + 9] < 0x80)]
+    return found
+
+
+def definition_at(data: Bytes, place: int) -> Layout | None:
+    """Return the layout that the FMT record at a byte defines, None where it is none."""
+    body = data[place + 3 : place + FMT_LENGTH].tobytes()
+    name, form, labels = (
+        text.split(b"\0")[0].decode("latin-1").strip()
+        for text in (body[2:6], body[6:22], body[22:86])
+    )
+    return layout(body[0], name, body[1], form, labels)
+
+
+def with_known(own: list[Layout], score: Callable[[list[Layout]], int]) -> list[Layout]:
+    """Return the layouts with missing ones added from the known firmware that fits best.
+
+    ``score`` says how many bytes of the file a set of layouts explains; it decides where the file
+    defines too little to tell.
+    """
+    mine = {one.number: one for one in own}
+    versions = known_versions()
+    if len(mine) > 10:
+        best = max(versions, key=lambda v: _alike(mine, versions[v]))
+        both = [n for n in mine if n in versions[best]]
+        if _alike(mine, versions[best]) < _AGREE * max(len(both), 1):
+            return own
+    else:
+        best = max(versions, key=lambda v: score([*own, *_missing(mine, versions[v])]))
+    return [*own, *_missing(mine, versions[best])]
+
+
+def _alike(mine: Mapping[int, Layout], known: Mapping[int, Layout]) -> int:
+    return sum(n in known and known[n].shape == one.shape for n, one in mine.items())
+
+
+def _missing(mine: Mapping[int, Layout], known: Mapping[int, Layout]) -> Iterator[Layout]:
+    names = {one.name for one in mine.values()}
+    for number, one in known.items():
+        if number not in mine and one.name not in names:
+            yield one
+
+
+@cache
+def known_versions() -> dict[str, dict[int, Layout]]:
+    """Return the layouts by type of each known firmware."""
+    known = data_table("known_dataflash")
+    versions: dict[str, dict[int, Layout]] = {}
+    for version, types in known["versions"].items():
+        versions[version] = {}
+        for number, row in types.items():
+            name, length, form, labels = known["rows"][row][:4]
+            one = layout(int(number), name, length, form, labels)
+            if one is not None:
+                made = Layout(one.number, one.name, one.length, one.fields, 0, True)
+                versions[version][one.number] = made
+    for types in versions.values():
+        types.setdefault(FMT, fmt_layout())
+    return versions
+
+
+def fmt_layout() -> Layout:
+    """Return the layout of the definitions themselves, which is the same in every log."""
+    made = layout(FMT, "FMT", FMT_LENGTH, "BBnNZ", "Type,Length,Name,Format,Columns")
+    assert made is not None
+    return made
+
+
+@cache
+def known_units() -> dict[tuple[str, str, str], tuple[str, str]]:
+    """Return unit and multiplier characters by (message, field, format character)."""
+    found: dict[tuple[str, str, str], tuple[str, str]] = {}
+    for row in data_table("known_dataflash")["rows"]:
+        name, _, form, labels, units, multipliers = row
+        for label, *rest in zip(
+            labels.split(","), form, units or "", multipliers or "", strict=False
+        ):
+            found.setdefault((name, label, rest[0]), (rest[1], rest[2]))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """The file's own UNIT, MULT and FMTU: by character, by character, by type."""
+
+    unit: Mapping[str, str]
+    multiplier: Mapping[str, float]
+    of_type: Mapping[int, tuple[str, str]]
+
+    def characters(self, one: Layout, field: Field) -> tuple[str, str]:
+        """Return unit and multiplier character of a field, "?" where nobody says."""
+        stated, i = self.of_type.get(one.number), field.index
+        if stated is not None and i < len(stated[0]):
+            return stated[0][i], stated[1][i : i + 1] or "-"
+        return known_units().get((one.name, field.name, field.character), ("?", "-"))
+
+    def conversion(self, one: Layout, field: Field) -> Conversion:
+        """Return what makes SI of the raw number.
+
+        The multiplier does not concern characters with a scale of their own: there it is wrong
+        (1.0 for NTUN.TAsp, whose raw 2200 is 22 m/s).
+        """
+        unit, multiplier = self.characters(one, field)
+        scale = _LEGACY.get(field.character)
+        if scale is None:
+            scale = self.multiplier.get(multiplier, 1.0) if multiplier not in "-?" else 1.0
+        stated = self.unit.get(unit, "UNKNOWN")
+        if field.character == "L":  # Copter 3.6 says "us" of longitudes
+            stated = "deg"
+        name, factor, offset = si_unit(stated)
+        return Conversion(name, scale * factor, offset)
+
+    def instance_field(self, one: Layout) -> Field | None:
+        """Return the field that numbers instances."""
+        marked = (f for f in one.fields if f.dtype == "u1" and self.characters(one, f)[0] == "#")
+        return next(marked, None)
+
+
+def si_unit(unit: str) -> Conversion:
+    """Return the conversion to SI of a unit as UNIT spells it."""
+    row = data_table("units_dataflash")["si"].get(unit)
+    if row is not None:
+        return Conversion(*row)
+    return Conversion("us") if unit == "us" else si(unit)  # a pulse width, not a time

@@ -1,0 +1,247 @@
+"""DataFlash logs: values against pymavlink, completeness under damage, bad files."""
+
+import importlib.util
+import json
+import struct
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fdi.errors import FdiError, LogError
+from fdi.telemetry import read
+from fdi.telemetry.formats.dataflash import _records
+from fdi.telemetry.formats.dataflash_layouts import CHARACTERS
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+SAMPLES = SHARED / "telemetry" / "samples"
+needs_shared = pytest.mark.skipif(not SAMPLES.is_dir(), reason="needs the shared folder")
+
+FLIGHTS = (
+    "telemetry/samples/copter_sitl_4.7.bin",
+    "flights/healthy/quad_short.bin",
+    "flights/odd/cut_64k.bin",
+)
+BASES = {"copter_sitl_4.7.bin": SAMPLES, "motor2_lost.bin": SHARED / "flights" / "crash"}
+
+
+def fmt(number: int, name: str, form: str, labels: str, length: int | None = None) -> bytes:
+    """Return one definition."""
+    size = 3 + sum(np.dtype(CHARACTERS[c]).itemsize for c in form)
+    texts = name.encode(), form.encode(), labels.encode()
+    return struct.pack("<3sBB4s16s64s", b"\xa3\x95\x80", number, length or size, *texts)
+
+
+def small(count: int = 50) -> bytes:
+    """Return a log with units, two instances, texts and parameters."""
+    out = [
+        fmt(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        fmt(10, "UNIT", "QbZ", "TimeUS,Id,Label"),
+        fmt(11, "MULT", "Qbd", "TimeUS,Id,Mult"),
+        fmt(12, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds"),
+        fmt(20, "BARO", "QBfcH", "TimeUS,I,Alt,Temp,Load"),
+        fmt(21, "MSG", "QZ", "TimeUS,Message"),
+        fmt(22, "PARM", "QNf", "TimeUS,Name,Value"),
+    ]
+
+    def add(number: int, form: str, *values: object) -> None:
+        out.append(b"\xa3\x95" + bytes([number]) + struct.pack("<" + form, *values))
+
+    add(10, "Qb64s", 1_000_000, ord("m"), b"m")
+    add(11, "Qbd", 1_000_000, ord("B"), float(np.float32(0.01)))
+    add(12, "QB16s16s", 1_000_000, 20, b"s#mO-", b"F-0?B")
+    add(21, "Q64s", 1_000_000, b"ArduCopter V4.6.3 (8264a9b4)")
+    add(22, "Q16sf", 1_000_000, b"FRAME_CLASS", 2.0)
+    for i in range(count):
+        for instance in (0, 1):
+            t = 1_000_000 + 100_000 * i
+            add(20, "QBfhH", t, instance, i + 0.5, 2500, 300)
+    return b"".join(out)
+
+
+def test_values_are_in_si_by_legacy_scale_or_multiplier_not_both(load):
+    log = load(small())
+    baro = log["BARO"]
+    assert log.format == "dataflash"
+    assert (baro.unit("Alt"), baro.unit("Temp"), baro.unit("TimeUS")) == ("m", "K", "s")
+    np.testing.assert_allclose(baro.si("Temp"), 298.15)
+    np.testing.assert_allclose(baro.si("Load"), 3.0, rtol=1e-15)
+    np.testing.assert_allclose(baro.t, np.arange(50) / 10, atol=1e-9)
+    assert log.clock.boot(0.0) == pytest.approx(1.0)
+
+
+def test_instances_vehicle_firmware_and_parameters_are_found(load):
+    log = load(small())
+    assert len(log["BARO"]) == len(log["BARO[1]"]) == 50
+    assert (log.vehicle, log.firmware) == ("hexa", "ArduCopter V4.6.3 (8264a9b4)")
+    assert dict(log.parameters) == {"FRAME_CLASS": 2.0}
+    assert not log.quality
+
+
+def test_redefined_type_stands_apart_from_its_offset_on(load):
+    more = fmt(20, "BARO", "Qf", "TimeUS,Alt") + b"".join(
+        b"\xa3\x95\x14" + struct.pack("<Qf", 7_000_000 + i * 100_000, 9.0) for i in range(20)
+    )
+    log = load(small() + more)
+    assert len(log["BARO"]) == 50
+    np.testing.assert_array_equal(log["BARO#2"].si("Alt"), np.full(20, 9.0))
+    assert any("defined anew" in q.text for q in log.quality)
+
+
+def test_two_boots_in_one_file_make_time_go_on(load):
+    again = small()
+    log = load(small() + again)
+    assert np.all(np.diff(log["BARO"].t) > 0)
+    assert [q.kind for q in log.quality if q.kind == "reboot"] == ["reboot"]
+
+
+def test_lost_bytes_are_told_with_their_place(load):
+    data = small()
+    log = load(data[:-300] + b"\x5a" * 7 + data[-300:-2])
+    kinds = {q.kind: q.count for q in log.quality}
+    assert kinds["lost_bytes"] >= 7
+    assert "truncated" in kinds
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        small()[: 89 * 7],
+        fmt(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        b"\xa3\x95\x80" * 3000,
+    ],
+)
+def test_log_without_data_is_refused(load, data):
+    with pytest.raises(LogError, match="DataFlash"):
+        load(data)
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.lists(st.tuples(st.integers(0, 3300), st.integers(0, 255)), max_size=12),
+    st.integers(0, 3300),
+    st.binary(max_size=40),
+)
+def test_damage_never_raises_anything_but_our_errors(load, flips, at, inserted):
+    data = bytearray(small(20))
+    for place, value in flips:
+        data[place % len(data)] = value
+    data[at:at] = inserted
+    try:
+        log = load(bytes(data))
+    except FdiError:
+        return
+    for message in log.messages.values():
+        assert np.all(np.diff(message.t) > 0)
+        for field in message.fields:
+            message.si(field)
+
+
+@needs_shared
+@pytest.mark.parametrize("name", FLIGHTS)
+def test_every_field_of_every_record_equals_pymavlink(name):
+    """After the multipliers that DFReader leaves out, which are taken back from ours."""
+    from pymavlink import DFReader
+
+    log = read(SHARED / name)
+    theirs: dict[str, list[object]] = {}
+    reader = DFReader.DFReader_binary(str(SHARED / name))
+    while (message := reader.recv_msg()) is not None:
+        theirs.setdefault(message.get_type(), []).append(message)
+    legacy = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
+    native = {k: m for k, m in log.messages.items() if len(m.name) <= 4}
+    compared = 0
+    for kind, rows in theirs.items():
+        layout = rows[0].fmt
+        parts = [m for m in native.values() if m.name == kind]
+        assert sum(m.stamp.size for m in parts) == len(rows), kind
+        plain = [i for i, c in enumerate(layout.format) if c not in "nNZa"]
+        own_rows = zip(
+            *(np.concatenate([m.raw(layout.columns[i]) for m in parts]).tolist() for i in plain),
+            strict=True,
+        )
+        their_rows = (tuple(row._elements[i] for i in plain) for row in rows)
+        assert not plain or Counter(map(repr, own_rows)) == Counter(map(repr, their_rows)), kind
+        for character, field in zip(layout.format, layout.columns, strict=False):
+            if character == "a":
+                continue
+            own = np.concatenate([m.raw(field) for m in parts])
+            value = [getattr(row, field) for row in rows]
+            compared += len(value)
+            if character in "nNZ":
+                as_text = [v.decode("latin-1") if isinstance(v, bytes) else v for v in value]
+                cut = Counter(str(v).split("\0")[0] for v in as_text)
+                assert kind == "FILE" or Counter(own.tolist()) == cut, (kind, field)
+                continue
+            mine = np.sort(own.astype(np.float64) * legacy.get(character, 1.0))
+            other = np.sort(np.array(value, np.float64))
+            np.testing.assert_allclose(mine, other, rtol=1e-12, err_msg=f"{kind}.{field}")
+    assert compared > 5_000
+
+
+def experiments():
+    if not SAMPLES.is_dir():
+        return
+    table = json.loads((SHARED / "telemetry" / "experiments.json").read_text())["files"]
+    for base in BASES:
+        for name in table[base]["experiments"]:
+            yield pytest.param(base, name, id=f"{base}-{name}")
+
+
+@needs_shared
+@pytest.mark.parametrize(("base", "name"), list(experiments()))
+def test_damaged_log_keeps_as_many_records_as_the_best_reader(base, name):
+    spec = importlib.util.spec_from_file_location("damage", SHARED / "telemetry" / "damage.py")
+    damage = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(damage)
+    table = json.loads((SHARED / "telemetry" / "experiments.json").read_text())["files"]
+    data = (BASES[base] / base).read_bytes()
+    records = damage.records(data, "bin")
+    bad, alive = data, [(low, high) for low, high, _ in records]
+    if name != "intact":
+        bad, alive = damage.EXPERIMENTS["bin"][name](data, records)
+    best = max(row.get("kept", 0) for row in table[base]["experiments"][name].values()
+               if isinstance(row, dict))  # fmt: skip
+    found = _records(np.frombuffer(bad, np.uint8))
+    length = np.array([one.length for one in found.layouts])[found.layout]
+    spans = zip(found.start.tolist(), length.tolist(), strict=True)
+    mine = Counter(bad[low : low + size] for low, size in spans)
+    kept = sum((mine & Counter(data[low:high] for low, high in alive)).values())
+    assert kept >= best
+    assert int((found.lost[:, 1] - found.lost[:, 0]).sum()) + int(length.sum()) == len(bad)
+
+
+@needs_shared
+def test_telemetry_and_dataflash_of_one_flight_agree_in_mavlinks_words():
+    folder = SHARED / "flights" / "sitl" / "copter"
+    tlog, binary = (read(folder / f"c03_ref_square_wind.{end}") for end in ("tlog", "BIN"))
+    shift = tlog.clock.boot(0.0) - binary.clock.boot(0.0)
+    for channel, within in (
+        ("GLOBAL_POSITION_INT.relative_alt", 0.1),
+        ("ATTITUDE.roll", 0.01),
+        ("VFR_HUD.climb", 0.2),
+        ("RAW_IMU.zacc", 0.3),
+        ("GPS_RAW_INT.lat", 1e-7),
+        ("SERVO_OUTPUT_RAW.servo1_raw", 15.0),
+    ):
+        mine, other = binary.channel(channel), tlog.channel(channel)
+        assert mine.unit == other.unit
+        at = mine.t - shift
+        apart = np.abs(np.interp(at, other.t, other.value) - mine.value)
+        inside = (at > other.t[0]) & (at < other.t[-1])
+        assert np.nanmedian(apart[inside]) < within, channel
+
+
+def test_noise_at_the_end_does_not_stretch_the_log(load):
+    log = load(small() + b"\xa3\x95" * 500)
+    assert log.duration < 10.0
+
+
+def test_records_of_noise_have_no_time_of_their_own(load):
+    noise = b"".join(b"\xa3\x95\x14" + b"\xc7" * 15 for _ in range(40))
+    assert load(small() + noise).duration < 10.0
