@@ -36,10 +36,13 @@ FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
     "tlog": (is_tlog, read_tlog),
 }
 
+TEXT_LOG: Final = b"FMT,"
+"""Begins the first definition of a DataFlash text log, which free lines may precede."""
+
 # What a file begins with that this version does not read: refused by name.
 NOT_READ: Final[dict[str, bytes]] = {
     "a ULog (.ulg)": b"ULog\x01\x12\x35",
-    "a DataFlash log in text form (.log)": b"FMT,",
+    "a DataFlash log in text form (.log)": TEXT_LOG,
     "a gzip archive": b"\x1f\x8b",
     "a zip archive": b"PK\x03\x04",
     "a zstandard archive": b"\x28\xb5\x2f\xfd",
@@ -48,4 +51,4 @@ NOT_READ: Final[dict[str, bytes]] = {
     "a 7z archive": b"7z\xbc\xaf\x27\x1c",
 }
 
-__all__ = ["FORMATS", "NOT_READ"]
+__all__ = ["FORMATS", "NOT_READ", "TEXT_LOG"]
