@@ -7,7 +7,6 @@ compute alike (the same equation solved for the same unknown from the same argum
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -161,6 +160,3 @@ class Bank:
 
     def _repr_html_(self) -> Any:
         return self.signatures._repr_html_()  # type: ignore[operator]
-
-
-ParameterValues = Mapping[str, float]

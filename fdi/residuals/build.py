@@ -19,7 +19,7 @@ from fdi import structure
 from fdi.errors import ModelError
 from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
-from fdi.model.parts import MEASURED, SLOPE, Variable
+from fdi.model.parts import MEASURED, SLOPE
 from fdi.model.system import System, SystemEquation
 from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
 from fdi.residuals.rules import NoMatching, ValidMatching, cheapest_matching
@@ -285,8 +285,3 @@ class _Graph:
         return self._add(
             Node("residual", number, (), (expression,), arguments, gate, gate_arguments)
         )
-
-
-def variables_of(system: System, node: Node) -> list[Variable]:
-    """Return the variables that a node gives."""
-    return [system.variables[name] for name in node.variables]
