@@ -8,6 +8,7 @@ dataflash_layouts.py  definitions and units of its records
 dataflash_records.py  finds records and damage in the bytes
 dataflash_events.py   modes, arming, texts, parameters
 dataflash_meaning.py  the same in MAVLink's words
+compiled.py           loops over bytes as machine code, where numba is at hand
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
 mavlink_columns.py    payloads to columns
