@@ -7,8 +7,8 @@ dataflash.py          ArduPilot DataFlash log: puts the log together
 dataflash_layouts.py  definitions and units of its records
 dataflash_records.py  finds records and damage in the bytes
 dataflash_events.py   modes, arming, texts, parameters
-dataflash_meaning.py  the same in MAVLink's words
 compiled.py           loops over bytes as machine code, where numba is at hand
+meaning.py            what another format says, in MAVLink's words
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
 mavlink_columns.py    payloads to columns

@@ -2,7 +2,7 @@
 
 In: the bytes of the file. Out: a `Log`. Layouts and units come from `dataflash_layouts`, records
 from `dataflash_records`; this file gives every record a time, makes columns and puts the log
-together. To the messages of the log itself come those of `dataflash_meaning`, which say the same in
+together. To the messages of the log itself come those of `meaning`, which say the same in
 MAVLink's words.
 
 Times are the vehicle's own, ``TimeUS`` (``TimeMS`` before 2015), microseconds since boot. A record
@@ -44,10 +44,10 @@ from fdi.telemetry.formats.dataflash_layouts import (
     headers,
     with_known,
 )
-from fdi.telemetry.formats.dataflash_meaning import as_mavlink
 from fdi.telemetry.formats.dataflash_records import Records, find_records
 from fdi.telemetry.formats.mavlink_events import firmware
 from fdi.telemetry.formats.mavlink_quality import gap_records
+from fdi.telemetry.formats.meaning import as_mavlink
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
@@ -106,7 +106,8 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
     name = firmware({}, texts, None)
     vehicle = vehicle_of(name, values)
     own = _messages(groups, _units(groups), (stamp_us - stamp_us[0]) / 1e6, timed)
-    messages = own | {k: m for k, m in as_mavlink(own, vehicle).items() if k not in own}
+    said = as_mavlink(own, vehicle, table="mavlink_dataflash", autopilot="ardupilot")
+    messages = own | {k: m for k, m in said.items() if k not in own}
     events = [*texts, *log_events(groups, vehicle), *named]
     events.sort(key=lambda e: e.t)
     span = float(t.min()), float(t.max())

@@ -1,7 +1,8 @@
-"""Which MAVLink messages would have said what a DataFlash log says?
+"""Which MAVLink messages would have said what a log of another format says?
 
 In: the log's own messages. Out: messages with MAVLink's names and signs, so that a model written
-for telemetry runs on a `.bin`. What corresponds stands in ``data/mavlink_dataflash.json``.
+for telemetry runs on a `.bin` or `.ulg`. What corresponds stands in ``data/mavlink_dataflash.json``
+and ``data/mavlink_ulog.json``.
 
 Such a message has the records of one message of the log, its base. Fields of another message are
 interpolated between two of its records that are no gap apart, unknown elsewhere. A field whose
@@ -32,18 +33,29 @@ _PERCENT: Final = ("plane", "vtol")  # their CTUN.ThO is a percentage without a 
 Messages = Mapping[str, Message]
 
 
-def as_mavlink(own: Messages, vehicle: str) -> dict[str, Message]:
-    """Return the MAVLink messages that can be made of the log's own, by key."""
+def as_mavlink(own: Messages, vehicle: str, *, table: str, autopilot: str) -> dict[str, Message]:
+    """Return the MAVLink messages that can be made of the log's own, by key.
+
+    Parameters
+    ----------
+    own : Mapping[str, Message]
+        By key.
+    vehicle, autopilot : str
+        As in `Log`.
+    table : str
+        Which of the tables in ``data/`` says what corresponds: ``mavlink_dataflash``,
+        ``mavlink_ulog``.
+    """
     made = {}
-    for key, row in data_table("mavlink_dataflash")["messages"].items():
+    for key, row in data_table(table)["messages"].items():
         base = next((own[name] for name in row["base"] if name in own), None)
         if base is None or vehicle not in row.get("vehicles", (vehicle,)):
             continue
         name, _, number = key.partition("[")
         columns = {}
         for field, sources in row["fields"].items():
-            unit = _unit(name, field, vehicle)
-            found = (_column(own, base, source, unit, vehicle) for source in sources)
+            unit = _unit(name, field, vehicle, autopilot)
+            found = (_column(own, base, source, unit, vehicle, table) for source in sources)
             column = next((c for c in found if c is not None), None)
             if column is not None:
                 columns[field] = column
@@ -53,19 +65,21 @@ def as_mavlink(own: Messages, vehicle: str) -> dict[str, Message]:
     return made
 
 
-def _unit(message: str, field: str, vehicle: str) -> str:
+def _unit(message: str, field: str, vehicle: str, autopilot: str) -> str:
     """Return the SI unit of a MAVLink field."""
     known = definition_by_name(message)
     bare = field.partition("[")[0]
     stated = "" if known is None else next(f.unit for f in known.fields if f.name == bare)
-    meaning = mavlink_meaning(message, bare, stated, autopilot="ardupilot", vehicle=vehicle)
+    meaning = mavlink_meaning(message, bare, stated, autopilot=autopilot, vehicle=vehicle)
     return si(meaning.unit).unit
 
 
-def _column(own: Messages, base: Message, source: str, unit: str, vehicle: str) -> Column | None:
+def _column(
+    own: Messages, base: Message, source: str, unit: str, vehicle: str, table: str
+) -> Column | None:
     vector = _VECTOR.fullmatch(source)
     if vector is not None:
-        pair = [_source(own, text, vehicle) for text in vector.groups()[1:]]
+        pair = [_source(own, text, vehicle, table) for text in vector.groups()[1:]]
         (first, conversion), (second, _) = pair[0] or (None, None), pair[1] or (None, None)
         if first is not base or second is not base or conversion is None:
             return None
@@ -73,7 +87,7 @@ def _column(own: Messages, base: Message, source: str, unit: str, vehicle: str) 
         return Column(partial(_vector, base, vector[1], fields), Conversion(unit))
     sign = -1.0 if source.startswith("-") else 1.0
     source = source.removeprefix("-")
-    found = _source(own, source, vehicle)
+    found = _source(own, source, vehicle, table)
     if found is None or found[1].unit != unit:
         return None
     message, conversion = found
@@ -81,13 +95,15 @@ def _column(own: Messages, base: Message, source: str, unit: str, vehicle: str) 
     if message is base:
         _, scale, offset = conversion
         turned = Conversion(unit, sign * scale, sign * offset)
-        invalid = data_table("mavlink_dataflash")["invalid"].get(f"{message.name}.{field}", ())
+        invalid = data_table(table)["invalid"].get(f"{message.name}.{field}", ())
         return replace(message.columns[field], conversion=turned, invalid=tuple(invalid))
     factor = sign * conversion.scale / message.columns[field].conversion.scale
     return Column(partial(_interpolated, base, message, field, factor), Conversion(unit))
 
 
-def _source(own: Messages, text: str, vehicle: str) -> tuple[Message, Conversion] | None:
+def _source(
+    own: Messages, text: str, vehicle: str, table: str
+) -> tuple[Message, Conversion] | None:
     """Return the message of a field and the field's conversion, None where the log has none."""
     key, _, field = text.partition(".")
     message = own.get(key)
@@ -95,7 +111,7 @@ def _source(own: Messages, text: str, vehicle: str) -> tuple[Message, Conversion
         return None
     conversion = message.columns[field].conversion
     plain = f"{message.name}.{field}"
-    stated = data_table("mavlink_dataflash")["unit"].get(plain)
+    stated = data_table(table)["unit"].get(plain)
     if stated is not None and conversion.unit != stated:
         conversion = conversion._replace(unit=stated)
     if plain == "CTUN.ThO" and vehicle in _PERCENT and conversion.scale == 1.0:
