@@ -15,7 +15,7 @@ from fdi.diagnosis import Finding
 from fdi.report.evidence import evidence_figure
 from fdi.report.style import Picture
 from fdi.report.text import onset
-from fdi.report.timeline import is_grave, told_events
+from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
     at,
     clean,
@@ -61,7 +61,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         at=at, number=number, per_cent=per_cent, plural=plural, size=size, shortened=shortened
     )
     page = environment.get_template("report.html.j2")
-    events = _events(analysis)
+    events, events_left = _events(analysis)
     return page.render(
         document=analysis.document(),
         findings=[_finding(finding, i, analysis) for i, finding in enumerate(analysis.findings)],
@@ -70,7 +70,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
             for item in analysis.diagnosis.consequences
         ],
         events=events,
-        events_left=len(analysis.log.events) - len(events),
+        events_left=events_left,
         residuals=_residuals(analysis),
         refused=_refused(analysis),
         pictures={name: embedded(picture) for name, picture in pictures.items()},
@@ -103,18 +103,20 @@ def _finding(finding: Finding, place: int, analysis: Analysis) -> dict[str, Any]
     }
 
 
-def _events(analysis: Analysis) -> list[dict[str, Any]]:
+def _events(analysis: Analysis) -> tuple[list[dict[str, Any]], int]:
     log = analysis.log
-    return [
+    told, more = told_events(log, MOST_EVENTS)
+    rows = [
         {
             "t": at(event.t),
             "when": into_flight(event.t, log),
             "kind": event.kind,
-            "text": event.text,
+            "text": told_text(event, times, last),
             "grave": is_grave(event),
         }
-        for event in told_events(log)[:MOST_EVENTS]
+        for event, times, last in told
     ]
+    return rows, more
 
 
 def _residuals(analysis: Analysis) -> list[dict[str, Any]]:

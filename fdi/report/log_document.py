@@ -1,24 +1,35 @@
-"""What does ``fdi info --json`` say about a log?
+"""What does ``fdi info --json`` say about a log, and ``metadata.json`` of ``fdi convert``?
 
-In: a log. Out: plain values: who recorded it, the flights, messages with counts and rates, events,
-how many parameters, and what was lost.
+In: a log. Out: plain values: who recorded it, its clock, the flights, messages with fields, counts
+and rates, parameters and their changes, events, and what was lost. The JSON Schema is
+``log.schema.json`` beside this file.
 """
 
 from __future__ import annotations
 
 from typing import Any, Final
 
+import numpy as np
+
+from fdi import __version__
 from fdi.result import log_facts, number, quality_rows
-from fdi.telemetry import Log, Message
+from fdi.telemetry import Clock, Log, Message
 
 SCHEMA_VERSION: Final = 1
+LEAST_EXTENT_S: Final = 1.0
+"""Records of a shorter time are a burst (a download, definitions), which has no rate."""
+LEAST_RECORDS: Final = 5
+LEAST_REGULAR: Final = 0.5
+"""Of the extent, what the median period must account for; what comes now and then has no rate."""
 
 
 def log_document(log: Log) -> dict[str, Any]:
     """Return a log as plain values; numbers are finite or null."""
     return {
         "schema_version": SCHEMA_VERSION,
+        "tool": {"name": "uav-fdi", "version": __version__},
         "log": log_facts(log),
+        "clock": _clock(log.clock),
         "sources": [
             {
                 "system": source.system,
@@ -31,18 +42,12 @@ def log_document(log: Log) -> dict[str, Any]:
             }
             for source in log.sources
         ],
-        "messages": [
-            {
-                "name": key,
-                "count": len(message),
-                "rate_hz": number(rate(message)),
-                "start_s": number(float(message.t[0])) if len(message) else None,
-                "end_s": number(float(message.t[-1])) if len(message) else None,
-                "fields": list(message.fields),
-            }
-            for key, message in log.messages.items()
+        "messages": [_message(key, message) for key, message in log.messages.items()],
+        "parameters": {name: number(value) for name, value in log.parameters.items()},
+        "parameter_changes": [
+            {"t_s": number(c.t), "name": c.name, "old": number(c.old), "new": number(c.new)}
+            for c in log.parameter_changes
         ],
-        "parameters": len(log.parameters),
         "events": [
             {
                 "t_s": number(event.t),
@@ -58,8 +63,50 @@ def log_document(log: Log) -> dict[str, Any]:
 
 
 def rate(message: Message) -> float | None:
-    """Return records per second over the message's own extent; None with fewer than two."""
-    if len(message) < 2:
+    """Return records per second, Hz; None for a burst and for what comes now and then.
+
+    It is the rate that the message has while it comes (by its median period), whatever the gaps.
+    """
+    if len(message) < LEAST_RECORDS or message.t[-1] - message.t[0] < LEAST_EXTENT_S:
         return None
-    extent = float(message.t[-1] - message.t[0])
-    return (len(message) - 1) / extent if extent > 0 else None
+    period = float(np.median(np.diff(message.t)))
+    known = period * (len(message) - 1) / float(message.t[-1] - message.t[0])
+    return 1 / period if LEAST_REGULAR <= known <= 1 / LEAST_REGULAR else None
+
+
+def _message(key: str, message: Message) -> dict[str, Any]:
+    return {
+        "name": key,
+        "count": len(message),
+        "rate_hz": number(rate(message)),
+        "start_s": number(float(message.t[0])) if len(message) else None,
+        "end_s": number(float(message.t[-1])) if len(message) else None,
+        "fields": {
+            name: None if column.is_text else column.conversion.unit
+            for name, column in message.columns.items()
+        },
+        "made_from": message.made_from,
+    }
+
+
+def _clock(clock: Clock) -> dict[str, Any]:
+    """Return what is added to t to have seconds since boot and since 1970, a row per boot."""
+    return {
+        "utc_source": clock.utc_source,
+        "boot_uncertainty_s": number(clock.boot_uncertainty),
+        "utc_uncertainty_s": number(clock.utc_uncertainty),
+        "pieces": [
+            {"start_s": number(start), "boot_offset_s": _exact(boot), "utc_offset_s": _exact(utc)}
+            for start, boot, utc in zip(
+                clock.start.tolist(),
+                clock.boot_offset.tolist(),
+                clock.utc_offset.tolist(),
+                strict=True,
+            )
+        ],
+    }
+
+
+def _exact(seconds: float) -> float | None:
+    """Return seconds to the microsecond: nine digits would be a second of UTC."""
+    return round(seconds, 6) if np.isfinite(seconds) else None

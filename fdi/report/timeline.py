@@ -1,16 +1,64 @@
 """Which of a log's events does a person want to read?
 
 In: a log. Out: its events without the changes of parameters, of which a download alone brings
-hundreds, and without the texts that already stand there as a failsafe or an impact.
+hundreds, without the texts that already stand there as a failsafe or an impact, and a text that is
+repeated for minutes only once. Where even these are too many, plain texts go first: the last thing
+that happened is seldom the least.
 """
 
 from __future__ import annotations
 
+from typing import Final, NamedTuple
+
+from fdi.report.words import at
 from fdi.telemetry import Event, Log
 
+REPEAT_S: Final = 60.0
+"""A text that comes again within this time is repeated, not said anew: autopilots repeat what keeps
+them from arming every 30 s."""
 
-def told_events(log: Log) -> list[Event]:
-    """Return the events to tell, in the order of time."""
+
+class Told(NamedTuple):
+    """An event, how often it came, and when last (s)."""
+
+    event: Event
+    times: int
+    last: float
+
+
+def told_events(log: Log, most: int) -> tuple[list[Told], int]:
+    """Return the events to tell, in the order of time, and how many more there would be.
+
+    Parameters
+    ----------
+    log : Log
+    most : int
+        How many to tell.
+    """
+    told = _merged(_worth(log))
+    if len(told) <= most:
+        return told, 0
+    order = sorted(range(len(told)), key=lambda i: (_rank(told[i].event), i))
+    return [told[i] for i in sorted(order[:most])], len(told) - most
+
+
+def told_text(event: Event, times: int, last: float) -> str:
+    """Return an event's text with how often it came."""
+    return event.text if times == 1 else f"{event.text} ({times} times, last at {at(last)} s)"
+
+
+def is_grave(event: Event) -> bool:
+    """Return whether an event speaks of danger (MAVLink severities up to 3, error)."""
+    return event.kind in ("impact", "failsafe") or (
+        event.severity is not None and event.severity <= 3
+    )
+
+
+def _rank(event: Event) -> int:
+    return 0 if is_grave(event) else 2 if event.kind == "text" else 1
+
+
+def _worth(log: Log) -> list[Event]:
     known = {(event.t, event.text) for event in log.events if event.kind not in ("text", "mode")}
     return [
         event
@@ -20,8 +68,16 @@ def told_events(log: Log) -> list[Event]:
     ]
 
 
-def is_grave(event: Event) -> bool:
-    """Return whether an event speaks of danger (MAVLink severities up to 3, error)."""
-    return event.kind in ("impact", "failsafe") or (
-        event.severity is not None and event.severity <= 3
-    )
+def _merged(events: list[Event]) -> list[Told]:
+    """Return the events with repeated texts told once, where they began."""
+    told: list[Told] = []
+    place: dict[str, int] = {}
+    for event in events:
+        at = place.get(event.text) if event.kind == "text" else None
+        if at is not None and event.t - told[at].last <= REPEAT_S:
+            told[at] = Told(told[at].event, told[at].times + 1, event.t)
+            continue
+        if event.kind == "text":
+            place[event.text] = len(told)
+        told.append(Told(event, 1, event.t))
+    return told

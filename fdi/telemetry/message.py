@@ -65,6 +65,9 @@ class Message:
         The recorder's stamps as they are in the file, 0 at the file's first record.
     kept : (n,) int
         Which raw records have a place in ``t``: of records with the same time the last one is kept.
+    made_from : str or None
+        Key of the log's own message that this one says again in MAVLink's words; None for a message
+        that the log itself holds.
     """
 
     name: str
@@ -73,6 +76,7 @@ class Message:
     stamp: Floats
     kept: NDArray[np.int64]
     columns: Mapping[str, Column]
+    made_from: str | None = None
     _cache: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     @property

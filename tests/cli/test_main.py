@@ -23,6 +23,14 @@ def test_the_version_is_told(run: Run) -> None:
     assert __version__ in ended.out
 
 
+def test_the_package_runs_as_a_module() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-m", "fdi", "--version"], capture_output=True, text=True, timeout=60
+    )
+    assert ended.returncode == 0
+    assert ended.stdout == f"fdi, version {__version__}\n"
+
+
 @pytest.mark.parametrize("command", ["analyze", "info", "structure"])
 def test_help_shows_an_example(run: Run, command: str) -> None:
     ended = run(command, "--help")

@@ -13,11 +13,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from fdi.report.json_text import json_text
-from fdi.report.log_document import log_document
+from fdi.report.log_document import log_document, rate
 from fdi.report.tables import fault_grid_csv, isolability_csv, residuals_parquet
 from fdi.result import Analysis
 
-from .build import NOTHING, small_analysis, small_log
+from .build import NOTHING, message, small_analysis, small_log
 
 
 @pytest.fixture(scope="module")
@@ -113,12 +113,37 @@ def test_the_parquet_gives_the_frame_back_with_units(analysis: Analysis) -> None
     assert json.loads(table.schema.metadata[b"fdi"])["log"]["name"] == "flight.tlog"
 
 
-def test_the_log_document_has_rates_and_no_nan() -> None:
+def log_validator() -> jsonschema.Draft202012Validator:
+    schema = json.loads(files("fdi.report").joinpath("log.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def test_the_log_document_keeps_its_schema_and_has_no_nan() -> None:
     document = log_document(small_log())
-    json_text(document)
-    assert {m["name"]: (m["count"], m["rate_hz"]) for m in document["messages"]}["VFR_HUD"] == (
-        360,
-        4.0,
-    )
-    assert document["parameters"] == 1
+    log_validator().validate(json.loads(json_text(document)))
+    assert document["parameters"] == {"ARMING_CHECK": 1.0}
     assert document["log"]["flights"][0]["impact_s"] == 85.0
+    assert document["clock"]["pieces"] == [
+        {"start_s": 0.0, "boot_offset_s": 30.0, "utc_offset_s": 1.7e9}
+    ]
+    told = {m["name"]: m for m in document["messages"]}["VFR_HUD"]
+    assert (told["count"], told["rate_hz"], told["fields"]) == (360, 4.0, {"alt": "m"})
+
+
+@pytest.mark.parametrize(
+    ("t", "expected"),
+    [
+        (np.arange(0, 9, 0.25), 4.0),
+        (np.concatenate((np.arange(0, 9, 0.25), np.arange(13, 25, 0.25))), 4.0),  # a gap
+        (np.arange(300) * 1e-6, None),  # a download
+        (np.array([0.0, 0.1, 0.2, 60.0, 60.1, 400.0, 400.1]), None),  # now and then
+        (np.array([0.0, 0.5, 1.0]), None),
+        (np.empty(0), None),
+    ],
+)
+def test_a_rate_is_that_of_a_message_while_it_comes(
+    t: np.ndarray[Any, Any], expected: float | None
+) -> None:
+    found = rate(message("M", {"x": t}, t))
+    assert found == (None if expected is None else pytest.approx(expected))

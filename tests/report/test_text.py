@@ -1,12 +1,18 @@
 import io
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pytest
 from rich.console import Console
 
 from fdi.report import log_summary, print_summary, summary
+from fdi.report.timeline import told_events
 from fdi.result import Analysis
+from fdi.telemetry import Event, Log
 
-from .build import NOTHING, small_analysis, small_log
+from .build import NOTHING, message, small_analysis, small_log
 
 HOSTILE = "boom \x1b[31m\x07[link=http://x]y[/link] \u202e<b>&$x_1$"
 
@@ -58,11 +64,73 @@ def test_foreign_text_reaches_no_terminal_as_markup_or_escape(tmp_path: Path) ->
     assert not any(letter in told for letter in "\x1b\x07\u202e")
 
 
-def test_a_page_about_a_log_tells_flights_events_and_damage() -> None:
+def page(log: Log, width: int = 120) -> str:
+    """Return what ``fdi info`` says of a log."""
     out = io.StringIO()
-    console = Console(file=out, width=120, color_system=None)
-    for part in log_summary(small_log()):
+    console = Console(file=out, width=width, color_system=None)
+    for part in log_summary(log):
         console.print(part)
-    told = out.getvalue()
-    for expected in ("85.0 (9.8 m/s)", "Crash: Disarming", "17 bytes", "VFR_HUD", "1 change of"):
+    return out.getvalue()
+
+
+def test_a_page_about_a_log_tells_flights_events_and_damage() -> None:
+    told = page(small_log())
+    for expected in ("85.0 (9.8 m/s)", "Crash: Disarming", "17 bytes", "VFR_HUD", "plane"):
         assert expected in told
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_a_page_about_a_log_keeps_the_width(width: int) -> None:
+    log = small_log(text="a long text " * 20)
+    assert max(len(line.rstrip()) for line in page(log, width).splitlines()) <= width
+
+
+def test_instances_that_came_alike_share_a_row() -> None:
+    t = np.arange(0, 60, 0.5)
+    some = [
+        replace(message("BARO", {"alt": t}, t), instance=instance) for instance in (None, 1, 2)
+    ] + [replace(message("BARO", {"alt": t[:9]}, t[:9]), instance=4)]
+    told = page(replace(small_log(), messages={m.key: m for m in some}))
+    rows = [line.split()[:2] for line in told.splitlines() if line.startswith("BARO")]
+    assert rows == [["BARO[0-2]", "120"], ["BARO[4]", "9"]]
+    assert "4 messages" in told
+
+
+def test_what_is_said_again_in_the_words_of_mavlink_stands_apart() -> None:
+    log = small_log()
+    again = replace(log["VFR_HUD"], name="ALTITUDE", made_from="VFR_HUD")
+    told = page(replace(log, messages={**log.messages, "ALTITUDE": again}))
+    assert "3 messages" in told
+    assert "ALTITUDE (VFR_HUD)" in told
+    assert not [line for line in told.splitlines() if line.startswith("ALTITUDE")]
+
+
+def event(t: float, kind: Any, text: str = "") -> Event:
+    return Event(t, kind, text)
+
+
+def test_of_too_many_events_plain_texts_go_first() -> None:
+    """What happened last, a crash, must not be cut off by chatter before it."""
+    chatter = [event(float(i), "text", f"waypoint {i}") for i in range(100)]
+    log = replace(
+        small_log(), events=(event(0.0, "mode", "AUTO"), *chatter, event(101.0, "impact", "impact"))
+    )
+    told, more = told_events(log, 10)
+    assert [one.event.kind for one in told] == ["mode", *["text"] * 8, "impact"]
+    assert more == 92
+    assert "impact" in page(log)
+
+
+def test_a_text_that_is_repeated_for_minutes_is_told_once() -> None:
+    said = [event(30.0 * i, "text", text) for i in range(5) for text in ("PreArm: A", "PreArm: B")]
+    later = event(900.0, "text", "PreArm: A")
+    log = replace(small_log(), events=(*said, event(200.0, "arm"), later))
+    told, more = told_events(log, 10)
+    assert more == 0
+    assert [(one.event.text, one.times, one.last) for one in told] == [
+        ("PreArm: A", 5, 120.0),
+        ("PreArm: B", 5, 120.0),
+        ("", 1, 200.0),
+        ("PreArm: A", 1, 900.0),
+    ]
+    assert "PreArm: B (5 times, last at 120.0 s)" in page(log)

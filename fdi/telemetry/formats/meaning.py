@@ -61,7 +61,14 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str, autopilot: str) -> di
                 columns[field] = column
         if columns:
             instance = int(number[:-1]) if number else None
-            made[key] = replace(base, name=name, instance=instance, columns=columns, _cache={})
+            made[key] = replace(
+                base,
+                name=name,
+                instance=instance,
+                columns=columns,
+                made_from=base.key,
+                _cache={},
+            )
     return made
 
 
