@@ -1,0 +1,110 @@
+"""Was this analysis right about this flight?
+
+In: a label and what an analysis found. Out: a `Score`.
+
+*Detected*: any component is accused with an onset from 2 s before the true one to the end of what
+counts. *Named*: rank 1 is a right component. *In three*: one of the first three ranks is. *Timely*:
+a right component has its onset within 5 s of the true one, 20 s for a ramp. *False*: accused on a
+healthy flight, or more than 2 s before the true onset. Right are the components that the label
+names and those it accepts; where the label itself says ``motor`` or ``propeller``, whichever motor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fdi.evaluation.labels import Label
+
+EARLY_S: Final = 2.0
+STEP_S: Final = 5.0
+RAMP_S: Final = 20.0
+FIRST: Final = 3
+_ANY_MOTOR: Final = ("motor", "propeller")
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One flight, scored; ``delay`` is alarm minus onset of the first right accusation, s.
+
+    ``false`` holds the components that were accused wrongly, each once. ``error`` is why there is
+    no analysis.
+    """
+
+    label: Label
+    detected: bool
+    named: bool
+    in_three: bool
+    timely: bool
+    delay: float | None
+    false: tuple[str, ...]
+    accused: tuple[tuple[str, float], ...]
+    airborne_s: float
+    error: str | None
+
+    @property
+    def is_faulty(self) -> bool:
+        """Whether something failed on this flight."""
+        return bool(self.label.faults)
+
+
+def is_right(component: str, label: Label) -> bool:
+    """Return whether accusing a component is a right answer.
+
+    Examples
+    --------
+    >>> from fdi.evaluation.labels import Fault
+    >>> from pathlib import Path
+    >>> propeller = Fault("propeller", "scale", 3.0)
+    >>> label = Label("a", Path("a"), "quad", "", "diagnosis", (propeller,), frozenset(), None)
+    >>> is_right("motor_3", label), is_right("gps", label)
+    (True, False)
+    """
+    names = {fault.component for fault in label.faults} | label.accept
+    any_motor = any(fault.component in _ANY_MOTOR for fault in label.faults)
+    return component in names or (any_motor and component.startswith("motor_"))
+
+
+def score(label: Label, row: Mapping[str, Any]) -> Score:
+    """Return the score of one flight.
+
+    Parameters
+    ----------
+    label : Label
+    row : mapping
+        What `fdi.fleet.analyze_log` said of it.
+    """
+    until = float("inf") if label.evaluate_until is None else label.evaluate_until
+    findings = [f for f in row["findings"] if f["onset_s"] <= until]
+    true = label.onset
+    early = [f for f in findings if true is None or f["onset_s"] < true - EARLY_S]
+    if true is None:
+        right: list[Mapping[str, Any]] = []
+    else:
+        right = [f for f in findings if f not in early and is_right(f["component"], label)]
+    return Score(
+        label,
+        detected=len(findings) > len(early),
+        named=any(f["rank"] == 1 for f in right),
+        in_three=any(f["rank"] <= FIRST for f in right),
+        timely=any(_is_timely(f, label) for f in right),
+        delay=_delay(right, label),
+        false=tuple(dict.fromkeys(f["component"] for f in early)),
+        accused=tuple((f["component"], f["onset_s"]) for f in findings),
+        airborne_s=float(row["airborne_s"] or 0.0),
+        error=row["error"],
+    )
+
+
+def _is_timely(finding: Mapping[str, Any], label: Label) -> bool:
+    return any(
+        abs(finding["onset_s"] - fault.onset) <= (RAMP_S if fault.is_slow else STEP_S)
+        for fault in label.faults
+    )
+
+
+def _delay(right: Sequence[Mapping[str, Any]], label: Label) -> float | None:
+    if not right or label.onset is None:
+        return None
+    return min(float(f["alarm_s"]) for f in right) - label.onset

@@ -1,0 +1,249 @@
+"""How are many logs analysed? One function over logs, here or on a cluster.
+
+`analyze_log` turns one job into one row of plain values and never raises: a log that cannot be
+read, or a defect of ours, is a row that says so. `rows` maps it over jobs in worker processes, or
+hands the same function to a `dask.distributed` cluster; the rows come back in any order, each with
+the number of its job. A worker that dies (killed for its memory, aborted) costs its own log only.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, Final
+
+from fdi.errors import FdiError, LogError, UsageError
+
+if TYPE_CHECKING:
+    from fdi.result import Analysis
+
+Row = dict[str, Any]
+Work = Callable[["Job"], Row]
+
+AHEAD: Final = 4
+"""Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One log and how to analyse it. ``path`` may be a URL that fsspec opens."""
+
+    path: str
+    model: str = "auto"
+    policy: str = "default"
+
+
+def analyze_log(job: Job) -> Row:
+    """Return one row about one log: facts, findings, quality, timings, or what went wrong.
+
+    Every row has the same keys. ``error`` is None, or one line; ``error_kind`` is then the name of
+    the exception.
+    """
+    start = time.perf_counter()
+    row = _empty(job)
+    try:
+        from fdi.analysis import analyze
+
+        with _local(job.path) as path:
+            found = analyze(path, model=job.model, policy=job.policy)
+        row.update(_told(found))
+    except FdiError as error:
+        row.update(error=str(error), error_kind=type(error).__name__)
+    except Exception as error:  # noqa: BLE001 - a bad log is a row, never a stop
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = f"a defect of ours: {error!r} at {place.name}, line {place.lineno}"
+        row.update(error=text[:500], error_kind=type(error).__name__)
+    row["seconds"] = round(time.perf_counter() - start, 3)
+    return row
+
+
+def lost(job: Job, why: str) -> Row:
+    """Return the row of a log whose worker died."""
+    return {**_empty(job), "error": why, "error_kind": "WorkerDied"}
+
+
+def _empty(job: Job) -> Row:
+    return {
+        "path": job.path,
+        "format": None,
+        "sha256": None,
+        "bytes": None,
+        "duration_s": None,
+        "vehicle": None,
+        "autopilot": None,
+        "firmware": None,
+        "flights": None,
+        "airborne_s": None,
+        "model": None,
+        "policy": job.policy,
+        "verdict": None,
+        "accused": [],
+        "findings": [],
+        "quality": [],
+        "warnings": [],
+        "timings_s": {},
+        "seconds": None,
+        "error": None,
+        "error_kind": None,
+    }
+
+
+def _told(found: Analysis) -> Row:
+    from fdi.result import document
+
+    log, tree = found.log, document(found)
+    spans = [flight.airborne for flight in log.flights]
+    return {
+        "format": log.format,
+        "sha256": log.sha256,
+        "bytes": log.bytes,
+        "duration_s": tree["log"]["duration_s"],
+        "vehicle": log.vehicle,
+        "autopilot": log.autopilot,
+        "firmware": log.firmware,
+        "flights": len(log.flights),
+        "airborne_s": round(sum(high - low for low, high in spans), 3),
+        "model": found.airframe.name,
+        "policy": found.policy.name,
+        "verdict": found.verdict,
+        "accused": list(dict.fromkeys(finding.component for finding in found.findings)),
+        "findings": [_finding(item) for item in tree["findings"]],
+        "quality": [
+            {"kind": item["kind"], "count": item["count"], "text": item["text"]}
+            for item in tree["quality"]
+        ],
+        "warnings": tree["warnings"],
+        "timings_s": tree["timings_s"],
+    }
+
+
+def _finding(item: Row) -> Row:
+    over = item["end"]
+    return {
+        "rank": item["rank"],
+        "flight": item["flight"],
+        "component": item["component"],
+        "faults": item["faults"],
+        "kind": item["kind"],
+        "onset_s": item["onset"]["log_s"],
+        "onset_boot_s": item["onset"]["boot_s"],
+        "alarm_s": item["alarm"]["log_s"],
+        "end_s": None if over is None else over["log_s"],
+        "confidence": item["confidence"],
+        "text": item["evidence"]["text"],
+    }
+
+
+@contextmanager
+def _local(path: str) -> Iterator[str]:
+    """Give the local file of a path; what lies elsewhere is fetched, and removed afterwards."""
+    if "://" not in path:
+        yield path
+        return
+    try:
+        import fsspec
+    except ImportError:
+        raise UsageError(
+            "needs fsspec to be fetched", where=path, hint="pip install 'uav-fdi[fleet]'"
+        ) from None
+    with TemporaryDirectory(prefix="fdi-") as folder:
+        local = str(Path(folder) / "log")
+        try:
+            with fsspec.open(path, "rb") as source, open(local, "wb") as copy:
+                shutil.copyfileobj(source, copy)
+        except (OSError, ValueError, ImportError) as error:
+            raise LogError(f"cannot be fetched: {error}", where=path) from error
+        yield local
+
+
+def rows(
+    jobs: Sequence[Job],
+    *,
+    workers: int = 1,
+    cluster: str | None = None,
+    work: Work = analyze_log,
+) -> Iterator[tuple[int, Row]]:
+    """Yield the number of each job with its row, in the order in which they get done.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    workers : int
+        Local processes; with 1 the work is done in this one.
+    cluster : str, optional
+        Address of a ``dask.distributed`` scheduler; its workers must see the same paths.
+    work : callable
+        What is done with a job; picklable.
+
+    Raises
+    ------
+    UsageError
+        The number of workers is wrong, or there is no cluster at the address.
+    """
+    if workers < 1:
+        raise UsageError(f"{workers} workers cannot work", hint="give 1 or more")
+    if cluster is not None:
+        yield from _on_cluster(jobs, cluster, work)
+    elif workers == 1:
+        for number, job in enumerate(jobs):
+            yield number, work(job)
+    else:
+        yield from _in_processes(jobs, workers, work)
+
+
+def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tuple[int, Row]]:
+    """Yield rows from a pool; the jobs that were under way when a worker died are tried alone."""
+    waiting = list(enumerate(jobs))[::-1]
+    suspects: list[tuple[int, Job]] = []
+    while waiting:
+        under_way: dict[Future[Row], tuple[int, Job]] = {}
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+            try:
+                while waiting or under_way:
+                    while waiting and len(under_way) < AHEAD * workers:
+                        item = waiting.pop()
+                        under_way[pool.submit(work, item[1])] = item
+                    done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        row = future.result()
+                        yield under_way.pop(future)[0], row
+            except BrokenProcessPool:
+                suspects += under_way.values()
+            except BaseException:  # interrupted: what has not begun is not begun
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+    for number, job in sorted(suspects):
+        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+            try:
+                yield number, pool.submit(work, job).result()
+            except BrokenProcessPool:
+                yield number, lost(job, "the process that read it died (out of memory?)")
+
+
+def _on_cluster(jobs: Sequence[Job], address: str, work: Work) -> Iterator[tuple[int, Row]]:
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise UsageError(
+            "--cluster needs dask.distributed", hint="pip install 'uav-fdi[fleet]'"
+        ) from None
+    try:
+        client = Client(address, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise UsageError(f"no cluster answers: {error}", where=address) from error
+    with client:
+        futures = {client.submit(work, job, pure=False): i for i, job in enumerate(jobs)}
+        for future in as_completed(list(futures)):
+            number = futures[future]
+            failure = future.exception()
+            row = future.result() if failure is None else lost(jobs[number], f"lost: {failure!r}")
+            yield number, row
