@@ -1,0 +1,53 @@
+"""One function over many logs: every log is a row, whatever happens to it."""
+
+import os
+import signal
+
+import pytest
+
+from fdi.errors import UsageError
+from fdi.fleet import Job, analyze_log, rows
+
+pytestmark = pytest.mark.usefixtures("_own_cache_folder")
+LOG = "examples/crash_logs/copter_motor_failure_crash.tlog"
+
+
+def die_on_two(job):
+    if job.path == "2":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"path": job.path, "error": None}
+
+
+def test_a_log_is_a_row_with_the_findings_of_its_analysis():
+    row = analyze_log(Job(LOG))
+    assert row["error"] is None
+    assert row["accused"] == ["motor_1"]
+    assert row["findings"][0]["rank"] == 1
+    assert row["airborne_s"] > 10
+
+
+def test_a_bad_log_is_a_row_with_the_same_keys(tmp_path):
+    good, bad = analyze_log(Job(LOG)), analyze_log(Job(str(tmp_path / "none.tlog")))
+    assert list(bad) == list(good)
+    assert bad["error_kind"] == "LogError"
+    assert "no such file" in bad["error"]
+
+
+def test_a_worker_that_dies_costs_its_own_log_only():
+    jobs = [Job(str(i)) for i in range(6)]
+    found = dict(rows(jobs, workers=2, work=die_on_two))
+    assert sorted(found) == list(range(6))
+    assert [i for i in found if found[i]["error"]] == [2]
+    assert "died" in found[2]["error"]
+
+
+def test_a_log_elsewhere_is_fetched(tmp_path):
+    pytest.importorskip("fsspec")
+    row = analyze_log(Job(f"file://{os.path.abspath(LOG)}"))
+    assert row["accused"] == ["motor_1"]
+    assert analyze_log(Job(f"file://{tmp_path}/none.tlog"))["error_kind"] == "LogError"
+
+
+def test_no_workers_is_a_mistake():
+    with pytest.raises(UsageError):
+        list(rows([], workers=0))
