@@ -1,13 +1,13 @@
 """What is in the log at this path?
 
-`read` opens the file, finds its format from the content and hands over to the format's reader. The
-file is mapped, not copied.
+`read` takes the file's bytes (`content.py`), finds their format from what they are and hands over
+to the format's reader.
 """
 
 from __future__ import annotations
 
 import os
-import stat
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
+from fdi.telemetry.content import change, content, opened
 from fdi.telemetry.formats import FORMATS, NOT_READ, TEXT_LOG
 from fdi.telemetry.log import Log
 
@@ -39,7 +40,14 @@ def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
         The log has no such system.
     """
     where = Path(path)
-    data = _mapped(where)
+    with opened(where) as file:
+        data = content(file, where)
+        log = _parsed(where, data, system)
+        changed = change(file, data)
+    return replace(log, quality=(*changed, *log.quality)) if changed else log
+
+
+def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
     for name, magic in NOT_READ.items():
         is_later = magic == TEXT_LOG and b"\n" + magic in data[:_FREE_LINES].tobytes()
         if is_later or data[: len(magic)].tobytes() == magic:
@@ -55,20 +63,3 @@ def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
     raise LogError(
         f"{data.size} bytes of no known format", where=str(where), hint=f"known: {known}"
     )
-
-
-def _mapped(path: Path) -> NDArray[np.uint8]:
-    try:
-        status = os.stat(path)
-        if stat.S_ISDIR(status.st_mode):
-            raise LogError("is a directory, not a log", where=str(path))
-        if not stat.S_ISREG(status.st_mode):  # a FIFO would block, a device never end
-            raise LogError("is no regular file", where=str(path))
-        if not status.st_size:
-            raise LogError("is empty", where=str(path))
-        mapped = np.memmap(path, np.uint8, "r", shape=(status.st_size,))
-        return mapped.view(np.ndarray)
-    except FileNotFoundError as error:
-        raise LogError("no such file", where=str(path)) from error
-    except (OSError, ValueError) as error:
-        raise LogError(f"cannot be read: {error}", where=str(path)) from error

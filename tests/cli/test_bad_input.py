@@ -1,6 +1,7 @@
 """Files that are no log, models that are none: one line, the right code, no traceback, no hang."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,32 @@ def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo"):
         for command in ("analyze", "info"):
             is_told(run(command, path), 3)
+
+
+@pytest.fixture
+def nobody() -> Iterator[None]:
+    """Be somebody who may not read what root keeps to himself."""
+    if os.name == "nt":
+        pytest.skip("permissions are others there")
+    was = os.geteuid()
+    if was == 0:
+        os.seteuid(65534)
+    yield
+    os.seteuid(was)
+
+
+@pytest.mark.parametrize("command", ["analyze", "info"])
+def test_a_log_without_permission_is_3(
+    run: Run, tmp_path: Path, command: str, request: pytest.FixtureRequest
+) -> None:
+    path = tmp_path / "secret.tlog"
+    path.write_bytes(LOG.read_bytes())
+    path.chmod(0)
+    run(command, LOG, "--json")  # what it imports is loaded now
+    request.getfixturevalue("nobody")
+    ended = run(command, path, "--json")
+    assert (ended.code, ended.out) == (3, "")
+    assert ended.err == f"fdi: {path}: cannot be read: permission denied\n"
 
 
 def test_a_cut_log_gives_what_is_left(run: Run, model: Path, tmp_path: Path) -> None:
