@@ -1,5 +1,6 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      everything that has to be green: style, types, import rules, tests, notebook
+# make conformance  every value of every log in ../shared against the reference readers (minutes)
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
 
@@ -12,7 +13,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test lint bench figures clean
+.PHONY: analyze test lint conformance bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -27,6 +28,9 @@ lint: $(VENV)/.installed-test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+conformance: $(VENV)/.installed-test
+	PYTHONPATH=tests $(BIN)/python -m telemetry.conformance
 
 bench figures: $(VENV)/.installed-test
 	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done
