@@ -1,0 +1,39 @@
+"""Which bytes of a file belong to records that a reader believes, by format of the file?
+
+The readers' own finders, without the columns: what the damage experiments count.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.dialect import frame_checks
+from fdi.telemetry.formats.dataflash import _records
+from fdi.telemetry.formats.mavlink_frames import find_frames
+
+Spans = NDArray[np.int64]
+
+
+def _tlog(data: NDArray[np.uint8]) -> Spans:
+    frames = find_frames(data, frame_checks())
+    is_v2 = frames.version == 2
+    is_signed = is_v2 & (data[frames.start + 10] & 1 == 1)
+    size = np.where(is_v2, 20, 16) + frames.length + 13 * is_signed
+    return np.stack((frames.start, frames.start + size), axis=1)
+
+
+def _bin(data: NDArray[np.uint8]) -> Spans:
+    records = _records(data)
+    size = np.array([one.length for one in records.layouts])[records.layout]
+    return np.stack((records.start, records.start + size), axis=1)
+
+
+SPANS: Final[dict[str, Callable[[NDArray[np.uint8]], Spans]]] = {"tlog": _tlog, "bin": _bin}
+
+
+def spans(data: bytes, kind: str) -> list[tuple[int, int]]:
+    """Return first byte and end of every believed record, ascending."""
+    found = SPANS[kind](np.frombuffer(data, np.uint8))
+    return [(low, high) for low, high in found.tolist()]
