@@ -41,9 +41,15 @@ class Alarms:
     alarm : (r, n) bool
         Triggers that persisted, from their first sample on.
     strength : (r, n) float
-        |residual - centre| over threshold; above one where triggered.
-    confirm_s : (r,) float
-        How long after its first sample an alarm is certain.
+        |residual - centre| over threshold, or |mean| over its threshold where that is more; above
+        one where triggered.
+    certain : (r, n) bool
+        The samples of an alarm from which on it is certain.
+    delay_s : (r,) float
+        How long after a sample the data that judging it needs are complete.
+    mean, mean_threshold : (r, n) float
+        The trailing mean that shows what is small but lasts, and its threshold, in each residual's
+        unit; NaN where it is not judged.
     """
 
     residuals: Residuals
@@ -53,7 +59,10 @@ class Alarms:
     state: NDArray[np.int8]
     alarm: NDArray[np.bool_]
     strength: NDArray[np.float64]
-    confirm_s: NDArray[np.float64]
+    certain: NDArray[np.bool_]
+    delay_s: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    mean_threshold: NDArray[np.float64]
 
     def __repr__(self) -> str:
         raised = int(self.alarm.any(axis=1).sum())

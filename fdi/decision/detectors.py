@@ -2,8 +2,11 @@
 
 ``predicted_spread``: |residual - centre| beyond the tolerance plus a number of standard deviations
 that the stated accuracies predict at that very sample, widened by what the calm part shows; a
-trigger that persists is an alarm. ``rank``: the published threshold, the sample of a given rank, so
-that 3 % of the samples trigger whatever happens; every trigger is an alarm.
+trigger that persists is an alarm, and the stronger it is the sooner. What is small but lasts shows
+in the trailing mean, whose threshold is what means of that length reach in this flight.
+
+``rank``: the published threshold, the sample of a given rank, so that 3 % of the samples trigger
+whatever happens; every trigger is an alarm.
 """
 
 from __future__ import annotations
@@ -16,10 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
-from fdi.decision.noise import airborne_mask, centres, reference_mask, spread_factors
+from fdi.decision.noise import (
+    airborne_mask,
+    centres,
+    reference_mask,
+    spread_factors,
+    trailing_mean,
+)
 from fdi.model.evaluate import wrap
 from fdi.model.parts import Kind
 from fdi.residuals import Residuals
+
+SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
+"""(strength, share of the persistence that is enough beyond it)."""
+CLIP: Final = 10.0
+"""Standard deviations; more in one sample counts as much in a mean."""
+KNOWN_SHARE: Final = 0.7
+"""Of the samples of a mean."""
+CALM_SHARE: Final = 0.4
+"""Quantile of the means that tells the flight's own level: a fault may fill half of the flight."""
+BEGUN: Final = 0.5
+"""Share of a mean beyond its threshold that marks where it began."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +53,10 @@ class PredictedSpread:
     most_factor: float = 4.0
     reference_s: float = 20.0
     block_s: float = 5.0
+    mean_s: float = 10.0
+    mean_least: float = 1.0
+    mean_most: float = 4.0
+    mean_levels: float = 5.0
     method: Literal["predicted_spread"] = "predicted_spread"
 
 
@@ -59,20 +83,109 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
     circular = np.array([equation.circular for equation in equations], dtype=bool)
     off[circular] = wrap(off[circular])
     size = np.abs(off)
+    # A residual is right minus left: below zero where the left side is above.
+    for row, equation in enumerate(equations):
+        if equation.side:
+            size[row] = np.maximum(-off[row] if equation.side == "above" else off[row], 0.0)
+            off[row] = np.where(np.isfinite(off[row]), size[row], np.nan)
     deviation = np.maximum(size - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     calm = airborne_mask(signals)
     factor = spread_factors(deviation, spread, calm, block, recipe.least_factor, recipe.most_factor)
     factor = np.where(bounded, 1.0, factor)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
+    mean, mean_threshold = _means(off, tolerance, spread, calm, bounded, recipe, signals.rate_hz)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        fast = size / threshold
+        slow = np.abs(mean) / mean_threshold
     state = _states(size, threshold)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
-    alarm = np.array([persistent(row == TRIGGERED, row == UNKNOWN, least) for row in state], bool)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        strength = size / threshold
+    sudden, known_sudden = _sudden(fast, state, least)
+    lasting, known_lasting = _lasting(off, slow, mean, round(recipe.mean_s * signals.rate_hz))
+    state[lasting & (state == QUIET)] = TRIGGERED
+    strength = np.fmax(fast, slow)
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
-    confirm = residuals.delay_s + (least - 1) / signals.rate_hz
-    return _alarms(residuals, use, threshold, centre, state, alarm, strength, confirm)
+    return Alarms(
+        residuals,
+        use,
+        threshold=threshold,
+        centre=centre,
+        state=state,
+        alarm=sudden | lasting,
+        strength=strength,
+        certain=known_sudden | known_lasting,
+        delay_s=residuals.delay_s,
+        mean=mean,
+        mean_threshold=mean_threshold,
+    )
+
+
+def _sudden(
+    strength: NDArray[np.float64], state: NDArray[np.int8], least: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the triggers that persist, and from where on that is certain."""
+    unknown = state == UNKNOWN
+    alarm, certain = np.zeros(state.shape, bool), np.zeros(state.shape, bool)
+    for over, share in SOONER:
+        count = max(2, round(share * least))
+        for row, own in enumerate(strength > over):
+            found, sure = persistent(own, unknown[row], count)
+            alarm[row] |= found
+            certain[row] |= sure
+    return alarm, certain
+
+
+def _means(
+    off: NDArray[np.float64],
+    tolerance: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    calm: NDArray[np.bool_],
+    bounded: list[bool],
+    recipe: PredictedSpread,
+    rate_hz: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the trailing means in the air and their thresholds.
+
+    A mean is taken of the residual over its predicted spread, clipped, so that neither a single
+    outlier nor a manoeuvre, in which residuals and spread swell together, decides.
+    """
+    beyond = np.sign(off) * np.maximum(np.abs(off) - tolerance, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.clip(np.where(spread > 0, beyond / spread, np.nan), -CLIP, CLIP)
+    ratio[:, ~calm] = np.nan
+    ratio[np.array(bounded, bool)] = np.nan
+    count = max(2, round(recipe.mean_s * rate_hz))
+    mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count))
+    scale = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
+    bound = np.full(len(ratio), np.nan)
+    for row, own in enumerate(np.abs(mean)):
+        known = own[np.isfinite(own)]
+        if len(known):
+            level = recipe.mean_levels * float(np.quantile(known, CALM_SHARE))
+            bound[row] = np.clip(level, recipe.mean_least, recipe.mean_most)
+    return mean * scale, bound[:, None] * scale
+
+
+def _lasting(
+    off: NDArray[np.float64],
+    strength: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    count: int,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return where a mean is beyond its threshold, back to where it began, and where it is."""
+    with np.errstate(invalid="ignore"):
+        certain = strength > 1.0
+    alarm = certain.copy()
+    for row in np.flatnonzero(certain.any(axis=1)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], certain[row]]).astype(np.int8)) > 0)
+        for start in edges:
+            # half of what the mean has reached, seen over a short while, is where it began
+            side = np.sign(mean[row, start]) * off[row, max(0, start - 2 * count) : start + 1]
+            short = trailing_mean(side[None], max(1, count // 6), 1)[0]
+            below = np.flatnonzero(~(short > BEGUN * abs(mean[row, start])))
+            first = int(below[-1]) + 1 if len(below) else 0
+            alarm[row, start - (len(side) - 1 - min(first, len(side) - 1)) : start] = True
+    return alarm, certain
 
 
 def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
@@ -95,9 +208,20 @@ def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
     state[is_zero[:, None] & (state == TRIGGERED)] = QUIET
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         strength = np.minimum(size / threshold, 1e6)
-    zero = np.zeros(len(size))
-    return _alarms(
-        residuals, use, threshold, zero, state, state == TRIGGERED, strength, zero.copy()
+    raised = state == TRIGGERED
+    unknown = np.full(size.shape, np.nan)
+    return Alarms(
+        residuals,
+        use,
+        threshold=threshold,
+        centre=np.zeros(len(size)),
+        state=state,
+        alarm=raised,
+        strength=strength,
+        certain=raised,
+        delay_s=np.zeros(len(size)),
+        mean=unknown,
+        mean_threshold=unknown,
     )
 
 
@@ -109,8 +233,8 @@ def _states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArra
 
 def persistent(
     triggered: NDArray[np.bool_], unknown: NDArray[np.bool_], least: int
-) -> NDArray[np.bool_]:
-    """Return the triggers that belong to a run of at least ``least``.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the triggers that belong to a run of at least ``least``, and those that complete one.
 
     Parameters
     ----------
@@ -120,34 +244,20 @@ def persistent(
 
     Examples
     --------
-    >>> on = np.array([1, 1, 0, 1, 1, 1], bool)
-    >>> persistent(on, np.zeros(6, bool), 3).astype(int).tolist()
-    [0, 0, 0, 1, 1, 1]
+    >>> on = np.array([1, 1, 0, 1, 1, 1, 1], bool)
+    >>> run, complete = persistent(on, np.zeros(7, bool), 3)
+    >>> run.astype(int).tolist(), complete.astype(int).tolist()
+    ([0, 0, 0, 1, 1, 1, 1], [0, 0, 0, 0, 0, 1, 1])
     """
     known = np.flatnonzero(~unknown)
-    result = np.zeros(len(triggered), dtype=bool)
+    result, complete = np.zeros(len(triggered), bool), np.zeros(len(triggered), bool)
     on = triggered[known]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         if end - start >= least:
             result[known[start] : known[end - 1] + 1] = True
-    return result
-
-
-def _alarms(
-    residuals: Residuals,
-    use: Use,
-    threshold: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    state: NDArray[np.int8],
-    alarm: NDArray[np.bool_],
-    strength: NDArray[np.float64],
-    confirm: NDArray[np.float64],
-) -> Alarms:
-    alarm = alarm.reshape(state.shape)
-    for array in (threshold, centre, state, alarm, strength, confirm):
-        array.flags.writeable = False
-    return Alarms(residuals, use, threshold, centre, state, alarm, strength, confirm)
+            complete[known[start + least - 1] : known[end - 1] + 1] = True
+    return result, complete
 
 
 @dataclass(frozen=True, slots=True)

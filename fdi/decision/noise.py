@@ -88,3 +88,31 @@ def spread_factors(
         levels = np.quantile(ratio[:cut].reshape(-1, block), 0.9, axis=1)
         result[row] = np.clip(np.median(levels) / GAUSSIAN_90, least, most)
     return result
+
+
+def trailing_mean(values: Floats, count: int, least_known: int) -> Floats:
+    """Return the mean of the last ``count`` samples of every row, NaN where too few are known.
+
+    Parameters
+    ----------
+    values : (r, n) float
+        NaN is unknown.
+    count, least_known : int
+
+    Examples
+    --------
+    >>> trailing_mean(np.array([[1.0, 3.0, np.nan, 5.0]]), 2, 1)[0].tolist()
+    [nan, 2.0, 3.0, 5.0]
+    """
+    known = np.isfinite(values)
+    total = np.cumsum(np.where(known, values, 0.0), axis=1)
+    number = np.cumsum(known, axis=1)
+    result = np.full(values.shape, np.nan)
+    if values.shape[1] < count:
+        return result
+    total[:, count:] -= total[:, :-count].copy()
+    number[:, count:] -= number[:, :-count].copy()
+    enough = number >= least_known
+    enough[:, : count - 1] = False
+    result[enough] = total[enough] / number[enough]
+    return result

@@ -42,6 +42,10 @@ class PredictedSpreadEntry(_Entry):
     most_factor: float = Field(default=4.0, ge=1)
     reference_s: float = Field(default=20.0, gt=0)
     block_s: float = Field(default=5.0, gt=0)
+    mean_s: float = Field(default=10.0, gt=0)
+    mean_least: float = Field(default=1.0, gt=0)
+    mean_most: float = Field(default=4.0, gt=0)
+    mean_levels: float = Field(default=5.0, gt=0)
 
 
 class RankEntry(_Entry):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.diagnosis.ranking import Cause, Run
@@ -40,14 +43,12 @@ def sentence(run: Run, alarms: Alarms) -> str:
     bank = residuals.bank
     generator = bank.generators[run.row]
     equation = bank.system.equations[generator.residual]
-    span = slice(run.first, run.last)
-    off = residuals.values[run.row, span] - alarms.centre[run.row]
-    size = np.abs(wrap(off) if equation.circular else off)
+    size, threshold, lasting = judged(run, alarms)
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
     label, scale, zero = customary(equation.unit)
     label = "" if label == "1" else label
     amount = f"{size[worst] * scale:.3g} {label}".strip()
-    bound = f"{alarms.threshold[run.row, span][worst] * scale:.3g} {label}".strip()
+    bound = f"{threshold[worst] * scale:.3g} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
     sensors, inputs = _sources(bank, generator)
     names = " and ".join(sensors) or " and ".join(inputs) or equation.name
@@ -68,9 +69,27 @@ def sentence(run: Run, alarms: Alarms) -> str:
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
     agree = "do" if len(sensors or inputs) > 1 else "does"
     return (
-        f"{names}{against} {agree} not agree: off by up to {amount} {when}, "
+        f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
         f"{bound} is within health"
     )
+
+
+def judged(
+    run: Run, alarms: Alarms
+) -> tuple[NDArray[np.float64], NDArray[np.float64], Literal["", " on average"]]:
+    """Return what was compared with which threshold over an alarm, and whether it is a mean."""
+    residuals = alarms.residuals
+    equation = residuals.bank.system.equations[residuals.bank.generators[run.row].residual]
+    span = slice(run.first, run.last)
+    off = residuals.values[run.row, span] - alarms.centre[run.row]
+    size = np.abs(wrap(off) if equation.circular else off)
+    threshold = alarms.threshold[run.row, span]
+    mean, bound = np.abs(alarms.mean[run.row, span]), alarms.mean_threshold[run.row, span]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fast, slow = size / threshold, mean / bound
+    if np.nanmax(np.append(slow, 0.0)) > max(1.0, np.nanmax(np.append(fast, 0.0))):
+        return mean, bound, " on average"
+    return size, threshold, ""
 
 
 def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:

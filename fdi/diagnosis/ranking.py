@@ -123,11 +123,11 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             onset = float(t[first])
-            known = onset + float(alarms.confirm_s[row])
             over = float(t[stop - 1]) + step
-            cut = first > 0 and bool(alarms.alarm[row, first - 1])
-            if cut and over < known:
+            sure = np.flatnonzero(alarms.certain[row, first:stop])
+            if not len(sure):  # begins before the time in the air, or ends with it
                 continue
+            known = float(t[first + sure[0]]) + float(alarms.delay_s[row])
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))

@@ -7,6 +7,7 @@ fault that two equations bring, an expression that is not one.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -52,6 +53,7 @@ class _Draft:
     units: dict[str, Dimension | None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     faults: dict[str, str] = field(default_factory=dict)
+    watched: dict[str, Equation] = field(default_factory=dict)  # by the variable of the stillness
 
     @contextmanager
     def reporting(self, definition: Definition, *part: str) -> Iterator[None]:
@@ -106,6 +108,11 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         for name, d in draft.items(section)
         for measurement in _message(name, d, section == "inputs", draft)
     ]
+    equations += draft.watched.values()
+    variables |= {
+        name: Variable(name, "s", low=0.0, description=f"how long: {limit.name}")
+        for name, limit in draft.watched.items()
+    }
     for name, definition in draft.items("variables"):
         if name in variables and name not in draft.used:
             found.problems.append(f"{definition.at()}: variable {name!r} is in no equation")
@@ -200,6 +207,8 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             component=entry.component or (entry.fault and "outside_model") or None,
             tolerance=tolerance,
             window=quantity(entry.window or 0.0, dimension("s")),
+            offset=quantity(entry.offset, unit),
+            side=entry.side,
             suspects=tuple(entry.suspects),
             unit=spell(unit),
         )
@@ -287,7 +296,41 @@ def _message(
                 draft.bring_fault(str(channel), definition, *part)
             unit = draft.units[item.variable]
             if unit is not None:
-                yield _measurement(channel, entry, item, trusted, unit)
+                made = _measurement(channel, entry, item, trusted, unit)
+                yield made
+                if item.freeze is not None:
+                    longest = quantity(item.freeze, dimension("s"))
+                    yield _stillness(made, longest, item.freeze_when, draft)
+
+
+def _stillness(of: Measurement, longest: float, when: str | None, draft: _Draft) -> Measurement:
+    """Return how long a channel has stood still as a measurement, and note its limit."""
+    name = re.sub(r"\W+", "_", f"still_{of.channel}")
+    if longest <= 0:
+        raise ValueError(f"freeze is {longest:g} s, must be positive")
+    draft.watched[name] = Equation(
+        f"{of.channel}:frozen",
+        Kind.LIMIT,
+        f"{of.channel} changes within {longest:g} s",
+        Apply("max", (Apply("-", (Symbol(name), Number(longest))), Number(0.0))),
+        Number(0.0),
+        when=Symbol("airborne"),
+        solves=frozenset(),
+        fault=f"{of.channel}:frozen",
+        component=of.component,
+        unit="s",
+    )
+    return Measurement(
+        Channel(of.channel.message, f"{of.channel.field}:still", of.channel.instance),
+        name,
+        of.component,
+        of.group,
+        value=Apply("still", (of.value or Symbol(of.channel.field),)),
+        when=of.when if when is None else parse(when, condition=True),
+        raw=of.raw,
+        trusted=True,
+        stillness=True,
+    )
 
 
 def _measurement(
@@ -324,7 +367,9 @@ def _components(
     draft: _Draft, equations: list[Equation], measurements: list[Measurement]
 ) -> dict[str, Component]:
     listed = {
-        name: Component(name, d.entry.group, d.entry.description, tuple(d.entry.affects))
+        name: Component(
+            name, d.entry.group, d.entry.description, tuple(d.entry.affects), d.entry.computed
+        )
         for name, d in draft.items("components")
     }
     named = [e.component for e in equations if e.component] + [m.component for m in measurements]

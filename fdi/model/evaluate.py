@@ -18,14 +18,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
+from fdi.telemetry.signals import TIME
 
 Floats = NDArray[np.float64]
 Column = NDArray[Any]
 
 
+FEW_RECORDS: Final = 6
+
+
 def wrap(angle: Floats) -> Floats:
     """Return angles, rad, folded into (-pi, pi]."""
     return -np.remainder(-angle + np.pi, 2 * np.pi) + np.pi
+
+
+def _still(t: Column, values: Column) -> Floats:
+    """Return for how long, s, a quantity has been exactly the same, record by record.
+
+    A few equal records in a row happen by chance, and count as none.
+    """
+    with np.errstate(invalid="ignore"):
+        moves = np.append(True, values[1:] != values[:-1])  # unknown is not the same
+    place = np.arange(len(values))
+    last = np.maximum.accumulate(np.where(moves, place, 0))
+    since: Floats = np.where(place - last >= FEW_RECORDS, t - t[last], 0.0)
+    return np.where(np.isfinite(values), since, np.nan)
 
 
 def _divide(left: Column, right: Column) -> Column:
@@ -170,6 +187,8 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
             return difference
         case Apply("der", _):
             raise KeyError("der")
+        case Apply("still", (argument,)):
+            return _still(columns[TIME], _evaluate(argument, columns, real_part))
         case Apply(operator, arguments):
             values = [_evaluate(argument, columns, real_part) for argument in arguments]
             if real_part and operator == "sqrt":

@@ -60,6 +60,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "min": (2, 8),
     "max": (2, 8),
     "der": (1, 1),
+    "still": (1, 1),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
 

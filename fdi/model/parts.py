@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Final, Literal
 
 from fdi.model.expression import CONSTANTS, Expression
 from fdi.telemetry import Channel
@@ -23,6 +23,9 @@ RESERVED: Final = STATES | {MEASURED, SLOPE, *CONSTANTS}
 """Names that a model cannot give to anything of its own."""
 
 
+Side = Literal["", "above", "below"]
+
+
 class Kind(StrEnum):
     """What an equation states, which decides how it may be used."""
 
@@ -35,12 +38,17 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """What a person replaces or tunes; ``affects`` names components its failure disturbs."""
+    """What a person replaces or tunes.
+
+    ``affects`` names components that its failure disturbs. A ``computed`` one has no parts that
+    break: what it says follows from others, which are asked first.
+    """
 
     name: str
     group: str = "other"
     description: str = ""
     affects: tuple[str, ...] = ()
+    computed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +104,10 @@ class Equation:
         Further components that a violation may concern: what feeds the quantity.
     window : float
         s; a derivative is taken over at least this long, for quantities that are noisy but slow.
+    offset : float
+        A constant by which the two sides may differ in health, learned from the flight's beginning.
+    side : str
+        ``above`` or ``below``: only a left side that is so against the right one is a violation.
     """
 
     name: str
@@ -110,6 +122,8 @@ class Equation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    offset: float = 0.0
+    side: Side = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
 
@@ -134,6 +148,8 @@ class Measurement:
         Whether the fields are taken as on the wire instead of in SI units.
     trusted : bool
         An input: known, brings no fault.
+    stillness : bool
+        How long the channel has not changed, s, instead of its value.
     """
 
     channel: Channel
@@ -147,3 +163,4 @@ class Measurement:
     when: Expression | None = None
     raw: bool = False
     trusted: bool = False
+    stillness: bool = False

@@ -30,6 +30,7 @@ class ComponentEntry(_Entry):
     group: str = "other"
     description: str = ""
     affects: list[Name] = []
+    computed: bool = False
 
 
 class VariableEntry(_Entry):
@@ -79,6 +80,8 @@ class EquationEntry(_Entry):
     suspects: list[Name] = []
     tolerance: Quantity | None = None
     window: Quantity | None = None
+    offset: Quantity = 0.0
+    side: Literal["", "above", "below"] = ""
 
 
 class LimitEntry(_Entry):
@@ -103,6 +106,8 @@ class FieldEntry(_Entry):
     value: str | None = None
     when: str | None = None
     raw: bool = False
+    freeze: Quantity | None = None
+    freeze_when: str | None = None
     component: Name | None = None
     group: str | None = None
 

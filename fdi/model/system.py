@@ -39,6 +39,7 @@ from fdi.model.parts import (
     Kind,
     Measurement,
     Parameter,
+    Side,
     Variable,
 )
 from fdi.model.world import world_value
@@ -80,6 +81,8 @@ class SystemEquation:
     component: str | None = None
     tolerance: float = 0.0
     window: float = 0.0
+    offset: float = 0.0
+    side: Side = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
@@ -235,8 +238,9 @@ def _usable(
     curtailed, unless all that is lacking is a sensor of its own that the vehicle does not have.
     """
     shown = {m.variable for m in present}
-    lost = {m.variable for m in airframe.measurements if m.trusted} - shown
-    kept = list(airframe.equations)
+    unwatched = {m.variable for m in airframe.measurements if m.stillness} - shown
+    lost = {m.variable for m in airframe.measurements if m.trusted} - shown - unwatched
+    kept = [e for e in airframe.equations if not unwatched & set(symbols(e.left))]
     curtailed: set[str] = set()
     for name in sorted(lost):
         without = [e for e in kept if name in (*symbols(e.left), *symbols(e.right))]
@@ -341,6 +345,8 @@ def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
         component=equation.component,
         tolerance=equation.tolerance,
         window=equation.window,
+        offset=equation.offset,
+        side=equation.side,
         unit=equation.unit,
         suspects=equation.suspects,
         text=equation.text,

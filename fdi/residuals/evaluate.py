@@ -258,6 +258,8 @@ def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Val
         sides = (equation.left, equation.right)
         if Symbol(node.variables[0]) in sides:
             effects["offset", -1 - node.equation, 0] = np.full(len(column), equation.tolerance)
+    if node.kind == "residual" and equation.offset:
+        effects["offset", -1 - node.equation, 1] = np.full(len(column), equation.offset)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return _Value(column, effects, ahead)
 

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[np.generic]]
 
+TIME: Final = "$t"
+"""The record times among the columns that a request's ``value`` sees; no field is called so."""
 _RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded to
 _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
@@ -218,7 +220,8 @@ def _records(log: Log, request: Request, sampling: Sampling) -> _Records:
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
     with np.errstate(all="ignore"):
-        found = request.value(fields) if request.value else fields[request.channel.field]
+        known = {**fields, TIME: t}
+        found = request.value(known) if request.value else fields[request.channel.field]
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
         value[~np.isfinite(value)] = np.nan
         if request.valid is not None:
