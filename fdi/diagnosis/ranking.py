@@ -17,9 +17,8 @@ from typing import Final
 import numpy as np
 
 from fdi.decision import Alarms
-from fdi.diagnosis.hitting import minimal_hitting_sets
-from fdi.model.parts import Component, Kind
-from fdi.residuals import Bank
+from fdi.diagnosis.weighing import Concerns, concerns, weigh
+from fdi.model.parts import Component
 
 EPISODE_GAP_S: Final = 5.0
 """Alarms with a longer pause between them belong to different episodes."""
@@ -27,12 +26,12 @@ SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
-QUIET_WEIGHT: Final = 0.25
-"""A quiet test counts a quarter of a trigger: its power at that moment is not known."""
-DISTURBED_WEIGHT: Final = 0.5
-"""An alarm that a candidate explains only through what it disturbs counts half."""
-TIE: Final = 0.1
-"""Candidates whose weight differs by less, relatively, cannot be separated."""
+EVIDENCE: Final = 1.0
+"""Less evidence of its own accuses nobody."""
+UPSTREAM: Final = 0.6
+"""Share of the best score with which a component that disturbs the best one goes before it."""
+TIE: Final = 0.05
+"""Candidates whose scores differ by less cannot be separated."""
 MOST_CAUSES: Final = 3
 
 
@@ -69,43 +68,6 @@ class Effect:
     faults: tuple[str, ...]
     runs: tuple[Run, ...]
     cause: Cause
-
-
-@dataclass(frozen=True, slots=True)
-class _Concerns:
-    """What the search asks of a bank: whom every residual concerns.
-
-    A residual concerns the faults of its signature; one that is a limit or an equality of which the
-    model says whom it concerns stands for that statement, ``@name``, instead.
-    """
-
-    faults: tuple[tuple[str, ...], ...]
-    component: Mapping[str, str]
-    components: Mapping[str, Component]
-    order: Mapping[str, int]
-
-    def of(self, row: int) -> frozenset[str]:
-        """Return the components that a residual concerns."""
-        return frozenset(self.component[fault] for fault in self.faults[row])
-
-
-def _concerns(bank: Bank) -> _Concerns:
-    system = bank.system
-    component = {fault.name: fault.component for fault in system.faults}
-    faults: list[tuple[str, ...]] = []
-    for generator in bank.generators:
-        left = system.equations[generator.residual]
-        stated = left.kind in (Kind.LIMIT, Kind.EQUALITY) and left.component is not None
-        own = [] if stated else list(generator.faults)
-        for number in generator.equations:
-            equation = system.equations[number]
-            whom = [equation.component] if stated and number == generator.residual else []
-            for name in (*whom, *equation.suspects):
-                component[f"@{equation.name}:{name}"] = str(name)
-                own.append(f"@{equation.name}:{name}")
-        faults.append(tuple(own))
-    order = {name: i for i, name in enumerate(system.components)}
-    return _Concerns(tuple(faults), component, system.components, order)
 
 
 def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
@@ -147,7 +109,7 @@ def episodes(found: Sequence[Run]) -> list[list[Run]]:
 
 def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], list[Effect]]:
     """Return the causes of an episode, in order of onset, and what follows from them."""
-    bank = _concerns(alarms.residuals.bank)
+    bank = concerns(alarms.residuals.bank)
     causes: list[Cause] = []
     effects: list[Effect] = []
     remaining = list(found)
@@ -166,96 +128,57 @@ def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], 
     return causes, effects
 
 
-def _cause(found: Sequence[Run], alarms: Alarms, bank: _Concerns) -> Cause | None:
+def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None:
     onset = found[0].onset
     early = [run for run in found if run.onset <= onset + SIMULTANEOUS_S]
     soon = [run for run in found if run.onset <= onset + WEIGHING_S]
-    conflicts = [bank.of(run.row) for run in early]
-    diagnoses = minimal_hitting_sets(c for c in conflicts if c)
-    # More independent failures at once than are searched together: each alone is a candidate.
-    candidates = sorted(frozenset().union(*(diagnoses or conflicts)))
-    if not candidates:
-        return None
-    single = {next(iter(d)) for d in diagnoses if len(d) == 1}
-    pool = single or set(candidates)
     # What disturbs a candidate and shows itself soon after may have been seen later only because
     # its tests are less sensitive.
+    pool = {name for run in early for name in bank.of(run.row)}
     around = {name for run in soon for name in bank.of(run.row)}
-    upstream = {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)} | pool
-    upstream -= {n for n in upstream if any(_only_disturbs(m, n, bank) for m in single)}
-    weights = {name: _weigh(name, early, soon, alarms, bank) for name in sorted(upstream)}
-    upstream = {name for name in upstream if weights[name][1]}
-    if not upstream:
+    pool |= {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)}
+    weights = {name: weigh(name, early, soon, alarms, bank) for name in sorted(pool)}
+    able = [name for name in sorted(pool) if weights[name].faults and weights[name].own >= EVIDENCE]
+    parts = [name for name in able if not bank.components[name].computed]
+    able = parts if any(weights[name].score > 0 for name in parts) else able
+    if not able:
         return None
-    ordered = sorted(upstream, key=lambda name: (-weights[name][0], *_precedence(name, pool, bank)))
-    top = weights[ordered[0]][0]
-    close = [n for n in ordered if weights[n][0] >= top - TIE * abs(top)]
-    if not single and (first := upstream & pool):
-        # Several at once, none explains all: what disturbs the others goes first, however strong
-        # their alarms are; what it leaves over is accused in turn.
-        close = [n for n in ordered if n in first]
-    leading = min(close, key=lambda name: _precedence(name, close, bank))
-    weight, faults = weights[leading]
-    explained = tuple(run for run in found if set(bank.faults[run.row]) & set(faults))
-    total = sum(max(w, 0.0) for w, _ in weights.values())
-    tied = tuple(sorted(n for n in close if n != leading and weights[n][0] == weight))
-    return Cause(leading, faults, explained, weight, total, tied) if explained else None
+    top = max(weights[name].score for name in able)
+    if top <= 0:
+        return None
+    close = [name for name in able if weights[name].score >= top - TIE]
+    leading = min(close, key=lambda name: (*_precedence(name, close, bank), -weights[name].score))
+    # what disturbs it, and explains nearly as much, comes first
+    upstream = [
+        name
+        for name in able
+        if leading in bank.components[name].affects
+        and name not in bank.components[leading].affects
+        and weights[name].score >= UPSTREAM * top
+    ]
+    if upstream:
+        leading = max(upstream, key=lambda name: (weights[name].score, -bank.order[name]))
+    weight = weights[leading]
+    explained = tuple(run for run in found if set(bank.faults[run.row]) & set(weight.faults))
+    scores = np.array([weights[name].score for name in able])
+    share = float(1.0 / (np.exp(scores - weight.score).sum() + np.exp(-weight.score)))
+    tied = tuple(n for n in close if n != leading)
+    return Cause(leading, weight.faults, explained, share, 1.0, tied) if explained else None
 
 
-def _only_disturbs(cause: str, effect: str, bank: _Concerns) -> bool:
+def _only_disturbs(cause: str, effect: str, bank: Concerns) -> bool:
     """Return whether one component disturbs the other and is not disturbed by it."""
     components = bank.components
     return effect in affected(cause, components) and cause not in affected(effect, components)
 
 
-def _precedence(name: str, among: Iterable[str], bank: _Concerns) -> tuple[int, int]:
+def _precedence(name: str, among: Iterable[str], bank: Concerns) -> tuple[int, int]:
     """Return a key that puts what disturbs others before what is disturbed."""
     disturbed = sum(name in bank.components[other].affects for other in among if other != name)
     return disturbed, bank.order[name]
 
 
-def _weigh(
-    component: str, early: Sequence[Run], soon: Sequence[Run], alarms: Alarms, bank: _Concerns
-) -> tuple[float, tuple[str, ...]]:
-    """Return how well a component explains the runs, and by which of its faults.
-
-    A run that holds a fault of the component is explained; one that concerns only what the
-    component disturbs is half explained.
-    """
-    window = slice(soon[0].first, max(run.first for run in soon) + 1)
-    raised = {run.row for run in soon}
-    chosen: list[str] = []
-    quiet: set[int] = set()
-    for fault in (f for f, name in bank.component.items() if name == component):
-        rows = [row for row, faults in enumerate(bank.faults) if fault in faults]
-        hit = [row for row in rows if row in raised]
-        still = [row for row in rows if row not in raised and _is_known(alarms, row, window)]
-        if hit and len(hit) >= len(still):
-            chosen.append(fault)
-            quiet.update(still)
-    if not chosen:
-        return -float(len(early)), ()
-    disturbed = affected(component, bank.components)
-    weight = -QUIET_WEIGHT * len(quiet)
-    for run in {run.row: run for run in soon}.values():
-        if set(bank.faults[run.row]) & set(chosen):
-            weight += _strength(run)
-        elif bank.of(run.row) & disturbed:
-            weight += DISTURBED_WEIGHT * _strength(run)
-        elif run in early:
-            weight -= _strength(run)
-    return weight, tuple(chosen)
-
-
-def _strength(run: Run) -> float:
-    return 1.0 + float(np.log(min(max(run.peak, 1.0), 20.0)))
-
-
-def _is_known(alarms: Alarms, row: int, window: slice) -> bool:
-    return bool((alarms.state[row, window] != -1).mean() > 0.5)
-
-
-def _effects(cause: Cause, remaining: Sequence[Run], bank: _Concerns) -> list[Effect]:
+def _effects(cause: Cause, remaining: Sequence[Run], bank: Concerns) -> list[Effect]:
     disturbed = affected(cause.component, bank.components)
     by_component: dict[str, list[Run]] = {}
     for run in remaining:

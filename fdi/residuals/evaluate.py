@@ -25,6 +25,7 @@ import numpy as np
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Symbol, symbols
+from fdi.model.system import System
 from fdi.residuals.bank import Bank, Node
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop
@@ -60,6 +61,9 @@ class Residuals:
         How far it may stray by the model's own statement.
     delay_s : (r,) float
         How long after a sample the data that its value needs are complete.
+    response : (r, f) float
+        How far one standard deviation of a fault's channel moves a residual, the median over time;
+        NaN where the fault is no channel's or the channel's accuracy is not stated.
     signals : Signals
         Handed on with the log's events, flights and parameters.
     """
@@ -70,6 +74,7 @@ class Residuals:
     allowance: Floats
     tolerance: Floats
     delay_s: Floats
+    response: Floats
     signals: Signals
 
     @property
@@ -137,6 +142,7 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
         rows.setdefault(generator.node, []).append(row)
     values, spread, allowance = (np.full((count, size), np.nan) for _ in range(3))
     ahead = np.zeros(count)
+    response = np.full((count, len(system.faults)), np.nan)
     last_use = _last_uses(bank)
     done: dict[int, _Value] = {}
     for number, node in enumerate(bank.nodes):
@@ -147,15 +153,26 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
             spread[row] = _root_sum(value.effects, "noise", size)
             allowance[row] = _sum(value.effects, "offset", size)
             ahead[row] = value.ahead * context.step
+            response[row] = _response(value, system)
         for used in {argument for _, argument in (*node.arguments, *node.gate_arguments)}:
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
     tolerance = np.array([system.equations[g.residual].tolerance for g in bank.generators])
-    for array in (values, spread, allowance, tolerance, ahead):
+    for array in (values, spread, allowance, tolerance, ahead, response):
         array.flags.writeable = False
-    return Residuals(bank, values, spread, allowance, tolerance, ahead, signals)
+    return Residuals(bank, values, spread, allowance, tolerance, ahead, response, signals)
+
+
+def _response(value: _Value, system: System) -> Floats:
+    known = np.isfinite(value.column)
+    total: dict[int, Floats] = {}
+    for (kind, source, _), effect in value.effects.items():
+        if kind == "noise" and known.any():
+            total[source] = total.get(source, 0.0) + np.abs(effect)
+    moved = {source: float(np.median(effect[known])) for source, effect in total.items()}
+    return np.array([moved.get(fault.equation, np.nan) for fault in system.faults])
 
 
 def _last_uses(bank: Bank) -> dict[int, int]:
