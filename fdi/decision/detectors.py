@@ -23,6 +23,7 @@ from fdi.decision.noise import (
     airborne_mask,
     centres,
     reference_mask,
+    settled_mask,
     spread_factors,
     trailing_mean,
 )
@@ -94,7 +95,8 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
     factor = spread_factors(deviation, spread, calm, block, recipe.least_factor, recipe.most_factor)
     factor = np.where(bounded, 1.0, factor)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
-    mean, mean_threshold = _means(off, tolerance, spread, calm, bounded, recipe, signals.rate_hz)
+    settled = settled_mask(signals)
+    mean, mean_threshold = _means(off, tolerance, spread, settled, bounded, recipe, signals.rate_hz)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         fast = size / threshold
         slow = np.abs(mean) / mean_threshold
@@ -139,7 +141,7 @@ def _means(
     off: NDArray[np.float64],
     tolerance: NDArray[np.float64],
     spread: NDArray[np.float64],
-    calm: NDArray[np.bool_],
+    settled: NDArray[np.bool_],
     bounded: list[bool],
     recipe: PredictedSpread,
     rate_hz: float,
@@ -152,7 +154,7 @@ def _means(
     beyond = np.sign(off) * np.maximum(np.abs(off) - tolerance, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.clip(np.where(spread > 0, beyond / spread, np.nan), -CLIP, CLIP)
-    ratio[:, ~calm] = np.nan
+    ratio[:, ~settled] = np.nan
     ratio[np.array(bounded, bool)] = np.nan
     count = max(2, round(recipe.mean_s * rate_hz))
     mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count))

@@ -28,6 +28,15 @@ def airborne_mask(signals: Signals) -> NDArray[np.bool_]:
     return flying if flying.any() else np.ones(len(signals.t), dtype=bool)
 
 
+def settled_mask(signals: Signals) -> NDArray[np.bool_]:
+    """Return where the vehicle flies and filters have settled after take-off."""
+    flying = airborne_mask(signals)
+    for flight in signals.flights:
+        start = flight.start if flight.takeoff is None else flight.takeoff
+        flying = flying & ~((signals.t >= start) & (signals.t < start + SETTLING_S))
+    return np.asarray(flying)
+
+
 def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
     """Return the stretch from which offsets are taken: the first seconds in the air."""
     flying = airborne_mask(signals)

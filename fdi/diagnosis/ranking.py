@@ -26,7 +26,7 @@ SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
-EVIDENCE: Final = 1.0
+EVIDENCE: Final = 1.4
 """Less evidence of its own accuses nobody."""
 UPSTREAM: Final = 0.6
 """Share of the best score with which a component that disturbs the best one goes before it."""

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
@@ -43,6 +43,10 @@ from fdi.units import si_units
 if TYPE_CHECKING:
     from fdi.model.definitions import Definition, Definitions
     from fdi.model.schema import AirframeFile
+
+
+STILL: Final = ":still"
+"""Behind a field: not its value, but how long it has not changed, s."""
 
 
 @dataclass(slots=True)
@@ -189,6 +193,8 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         unit = _check_units(left, right, draft)
         tolerance = quantity(entry.tolerance, unit) if entry.tolerance is not None else 0.0
         solves = None if entry.solves is None else frozenset(entry.solves)
+        if entry.side:  # solved for something it would be no residual, and the side not known
+            solves = frozenset()
         strangers = (solves or frozenset()) - set(symbols(left)) - set(symbols(right))
         if strangers:
             raise ValueError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
@@ -288,23 +294,28 @@ def _message(
         part = ("fields", field_name)
         with draft.reporting(definition, *part):
             separator = "/" if name.isdigit() else "."
-            channel = Channel.parse(f"{name}{separator}{field_name}")
+            bare = field_name.removesuffix(STILL)
+            channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
                 raise ValueError(f"unknown symbol {item.variable!r}")
             draft.used.add(item.variable)
             if not trusted:
                 draft.bring_fault(str(channel), definition, *part)
             unit = draft.units[item.variable]
-            if unit is not None:
-                made = _measurement(channel, entry, item, trusted, unit)
-                yield made
-                if item.freeze is not None:
-                    longest = quantity(item.freeze, dimension("s"))
-                    yield _stillness(made, longest, item.freeze_when, draft)
+            if unit is None:
+                continue
+            made = _measurement(channel, entry, item, trusted, unit)
+            if bare != field_name:
+                yield _stillness(made, item.variable)
+                continue
+            yield made
+            if item.freeze is not None:
+                watched = _watched(made, quantity(item.freeze, dimension("s")), draft)
+                yield _stillness(made, watched)
 
 
-def _stillness(of: Measurement, longest: float, when: str | None, draft: _Draft) -> Measurement:
-    """Return how long a channel has stood still as a measurement, and note its limit."""
+def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
+    """Note the limit on how long a channel may stand still, and return its variable."""
     name = re.sub(r"\W+", "_", f"still_{of.channel}")
     if longest <= 0:
         raise ValueError(f"freeze is {longest:g} s, must be positive")
@@ -314,19 +325,24 @@ def _stillness(of: Measurement, longest: float, when: str | None, draft: _Draft)
         f"{of.channel} changes within {longest:g} s",
         Apply("max", (Apply("-", (Symbol(name), Number(longest))), Number(0.0))),
         Number(0.0),
-        when=Symbol("airborne"),
+        when=parse("airborne and phase != 'landing'", condition=True),  # at rest all stand still
         solves=frozenset(),
         fault=f"{of.channel}:frozen",
         component=of.component,
         unit="s",
     )
+    return name
+
+
+def _stillness(of: Measurement, variable: str) -> Measurement:
+    """Return how long a channel has stood still as an input."""
     return Measurement(
-        Channel(of.channel.message, f"{of.channel.field}:still", of.channel.instance),
-        name,
+        Channel(of.channel.message, of.channel.field + STILL, of.channel.instance),
+        variable,
         of.component,
         of.group,
         value=Apply("still", (of.value or Symbol(of.channel.field),)),
-        when=of.when if when is None else parse(when, condition=True),
+        when=of.when,
         raw=of.raw,
         trusted=True,
         stillness=True,

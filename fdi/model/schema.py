@@ -107,7 +107,6 @@ class FieldEntry(_Entry):
     when: str | None = None
     raw: bool = False
     freeze: Quantity | None = None
-    freeze_when: str | None = None
     component: Name | None = None
     group: str | None = None
 

@@ -271,12 +271,15 @@ def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Val
 
     column = compute(given)
     effects = _moved(compute, column, arguments, circular)
-    if node.kind == "solve" and equation.tolerance:
-        sides = (equation.left, equation.right)
-        if Symbol(node.variables[0]) in sides:
-            effects["offset", -1 - node.equation, 0] = np.full(len(column), equation.tolerance)
-    if node.kind == "residual" and equation.offset:
-        effects["offset", -1 - node.equation, 1] = np.full(len(column), equation.offset)
+    sides = (equation.left, equation.right)
+    if node.kind == "residual":
+        constant = equation.offset
+    elif Symbol(node.variables[0]) in sides:
+        constant = equation.tolerance + equation.offset
+    else:
+        constant = 0.0
+    if constant:
+        effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return _Value(column, effects, ahead)
 
