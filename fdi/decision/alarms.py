@@ -47,6 +47,9 @@ class Alarms:
         The samples of an alarm from which on it is certain.
     delay_s : (r,) float
         How long after a sample the data that judging it needs are complete.
+    unfit : (r,) bool
+        Tests that do not hold from the beginning of the flight on: a condition, not an event. They
+        are not judged.
     mean, mean_threshold : (r, n) float
         The trailing mean that shows what is small but lasts, and its threshold, in each residual's
         unit; NaN where it is not judged.
@@ -61,6 +64,7 @@ class Alarms:
     strength: NDArray[np.float64]
     certain: NDArray[np.bool_]
     delay_s: NDArray[np.float64]
+    unfit: NDArray[np.bool_]
     mean: NDArray[np.float64]
     mean_threshold: NDArray[np.float64]
 

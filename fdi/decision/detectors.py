@@ -37,8 +37,12 @@ CLIP: Final = 10.0
 """Standard deviations; more in one sample counts as much in a mean."""
 KNOWN_SHARE: Final = 0.7
 """Of the samples of a mean."""
+STANDING: Final = 0.8
+"""A limit violated for this share of the flight's beginning is a condition."""
 CALM_SHARE: Final = 0.4
 """Quantile of the means that tells the flight's own level: a fault may fill half of the flight."""
+ROUGHER: Final = 3.0
+"""So much more than in its first third a healthy flight may shake later."""
 BEGUN: Final = 0.5
 """Share of a mean beyond its threshold that marks where it began."""
 
@@ -92,15 +96,21 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
     deviation = np.maximum(size - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     calm = airborne_mask(signals)
-    factor = spread_factors(deviation, spread, calm, block, recipe.least_factor, recipe.most_factor)
+    factor = spread_factors(deviation, spread, calm, block)
+    factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
     factor = np.where(bounded, 1.0, factor)
+    with np.errstate(invalid="ignore"):
+        unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
+    unfit = np.where(bounded, _stands(size, reference), unfit)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
     settled = settled_mask(signals)
     mean, mean_threshold = _means(off, tolerance, spread, settled, bounded, recipe, signals.rate_hz)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        fast = size / threshold
-        slow = np.abs(mean) / mean_threshold
     state = _states(size, threshold)
+    state[unfit] = UNKNOWN
+    mean[unfit] = np.nan
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        fast = np.where(state == UNKNOWN, np.nan, size / threshold)
+        slow = np.abs(mean) / mean_threshold
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
     sudden, known_sudden = _sudden(fast, state, least)
     lasting, known_lasting = _lasting(off, slow, mean, round(recipe.mean_s * signals.rate_hz))
@@ -117,9 +127,19 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
         strength=strength,
         certain=known_sudden | known_lasting,
         delay_s=residuals.delay_s,
+        unfit=unfit,
         mean=mean,
         mean_threshold=mean_threshold,
     )
+
+
+def _stands(excess: NDArray[np.float64], reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which limits are violated from the beginning of the flight on."""
+    early = excess[:, reference]
+    known = np.isfinite(early).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        over = (early > 0).sum(axis=1)
+    return np.asarray((known > 0) & (over >= STANDING * known))
 
 
 def _sudden(
@@ -163,8 +183,14 @@ def _means(
     for row, own in enumerate(np.abs(mean)):
         known = own[np.isfinite(own)]
         if len(known):
-            level = recipe.mean_levels * float(np.quantile(known, CALM_SHARE))
-            bound[row] = np.clip(level, recipe.mean_least, recipe.mean_most)
+            first = known[: max(count, len(known) // 3)]
+            level, early = (float(np.quantile(part, CALM_SHARE)) for part in (known, first))
+            level, early = recipe.mean_levels * level, recipe.mean_levels * early
+            # A fault may fill most of the flight, but not its first third as well: there means as
+            # large as this are the test's nature, and no mean is judged.
+            if early <= recipe.mean_most:
+                level = min(level, ROUGHER * early)
+                bound[row] = np.clip(level, recipe.mean_least, recipe.mean_most)
     return mean * scale, bound[:, None] * scale
 
 
@@ -222,6 +248,7 @@ def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
         strength=strength,
         certain=raised,
         delay_s=np.zeros(len(size)),
+        unfit=np.zeros(len(size), bool),
         mean=unknown,
         mean_threshold=unknown,
     )

@@ -72,22 +72,20 @@ def spread_factors(
     spread: Floats,
     calm: NDArray[np.bool_],
     block: int,
-    least: float,
-    most: float,
 ) -> Floats:
-    """Return by which factor the stated spread of every residual is off, within bounds.
+    """Return by which factor the stated spread of every residual is off, NaN where nothing tells.
 
     Parameters
     ----------
     deviations : (r, n) float
         What is left of the residual beyond its centre and tolerance, not negative.
     spread : (r, n) float
-        Predicted; where it is 0 the residual has no stated spread and the factor is 1.
+        Predicted; where it is 0 the residual has no stated spread.
     calm : (n,) bool
     block : int
         Samples in a block.
     """
-    result = np.ones(len(deviations))
+    result = np.full(len(deviations), np.nan)
     for row, own in enumerate(deviations):
         known = calm & np.isfinite(own) & (spread[row] > 0)
         if known.sum() < 2 * block:
@@ -95,7 +93,7 @@ def spread_factors(
         ratio = own[known] / spread[row][known]
         cut = len(ratio) // block * block
         levels = np.quantile(ratio[:cut].reshape(-1, block), 0.9, axis=1)
-        result[row] = np.clip(np.median(levels) / GAUSSIAN_90, least, most)
+        result[row] = np.median(levels) / GAUSSIAN_90
     return result
 
 

@@ -355,6 +355,9 @@ def _measurement(
     accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
     if accuracy is not None and accuracy <= 0:
         raise ValueError(f"accuracy is {accuracy:g}, must be positive")
+    jitter = None if item.jitter is None else quantity(item.jitter, unit)
+    if jitter is not None and not (accuracy and 0 < jitter <= accuracy):
+        raise ValueError(f"jitter is {jitter:g}, must be positive and within the accuracy")
     latency = entry.latency if item.latency is None else item.latency
     value = None if item.value is None else parse(item.value)
     conditions = [parse(w, condition=True) for w in (entry.when, item.when) if w]
@@ -364,6 +367,7 @@ def _measurement(
         component=item.component or entry.component or "outside_model",
         group=item.group or entry.group or "other",
         accuracy=accuracy,
+        jitter=jitter,
         offset=quantity(item.offset, unit),
         latency=quantity(latency, dimension("s")),
         value=value,

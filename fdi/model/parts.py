@@ -136,6 +136,9 @@ class Measurement:
     ----------
     accuracy : float or None
         One sigma, in the variable's unit.
+    jitter : float or None
+        The part of it that changes from sample to sample, which is what a derivative feels; None
+        means all of it.
     offset : float
         A constant difference that a healthy sensor may have, in the variable's unit.
     latency : float
@@ -157,6 +160,7 @@ class Measurement:
     component: str
     group: str
     accuracy: float | None = None
+    jitter: float | None = None
     offset: float = 0.0
     latency: float = 0.0
     value: Expression | None = None

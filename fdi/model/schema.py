@@ -101,6 +101,7 @@ class FieldEntry(_Entry):
 
     variable: Name
     accuracy: Quantity | None = None
+    jitter: Quantity | None = None
     offset: Quantity = 0.0
     latency: Quantity | None = None
     value: str | None = None

@@ -186,7 +186,7 @@ class _Graph:
         if name in self._shown:
             return self._channel(self._shown[name])
         for number, equation in enumerate(self.system.equations):
-            if equation.edges.get(name) != "solvable" or equation.when is not None:
+            if equation.edges.get(name) not in ("solvable", "derivative") or equation.when:
                 continue
             others = [other for other in equation.edges if other != name]
             if len(pending) >= MAX_DERIVED or set(others) & {name, *pending}:

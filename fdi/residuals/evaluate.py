@@ -353,11 +353,19 @@ def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _V
     column, gain = differentiate(value.column, context.step, recipe, circular=circular)
     effects: Effects = {
         # White noise through a difference no longer cancels against the noise it came from.
-        ("noise", source, generation + 1): gain * np.abs(effect)
+        ("noise", source, generation + 1): gain * _changing(source, context) * np.abs(effect)
         for (kind, source, generation), effect in value.effects.items()
         if kind == "noise"
     }
     return _Value(column, effects, value.ahead + recipe.half_width(context.step))
+
+
+def _changing(source: int, context: _Context) -> float:
+    """Return the share of an input's noise that changes from sample to sample."""
+    measurement = context.bank.system.equations[source].measurement if source >= 0 else None
+    if measurement is None or not measurement.jitter or not measurement.accuracy:
+        return 1.0
+    return measurement.jitter / measurement.accuracy
 
 
 def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
