@@ -104,7 +104,9 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
     unfit = np.where(bounded, _stands(size, reference), unfit)
     threshold = tolerance + recipe.sigmas * factor[:, None] * spread
     settled = settled_mask(signals)
-    mean, mean_threshold = _means(off, tolerance, spread, settled, bounded, recipe, signals.rate_hz)
+    mean, mean_threshold, beyond = _means(
+        off, tolerance, spread, settled, bounded, recipe, signals.rate_hz
+    )
     state = _states(size, threshold)
     state[unfit] = UNKNOWN
     mean[unfit] = np.nan
@@ -113,7 +115,7 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
         slow = np.abs(mean) / mean_threshold
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
     sudden, known_sudden = _sudden(fast, state, least)
-    lasting, known_lasting = _lasting(off, slow, mean, round(recipe.mean_s * signals.rate_hz))
+    lasting, known_lasting = _lasting(beyond, slow, mean, round(recipe.mean_s * signals.rate_hz))
     state[lasting & (state == QUIET)] = TRIGGERED
     strength = np.fmax(fast, slow)
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
@@ -165,8 +167,8 @@ def _means(
     bounded: list[bool],
     recipe: PredictedSpread,
     rate_hz: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the trailing means in the air and their thresholds.
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the trailing means in the air and their thresholds, and what they are means of.
 
     A mean is taken of the residual over its predicted spread, clipped, so that neither a single
     outlier nor a manoeuvre, in which residuals and spread swell together, decides.
@@ -191,11 +193,11 @@ def _means(
             if early <= recipe.mean_most:
                 level = min(level, ROUGHER * early)
                 bound[row] = np.clip(level, recipe.mean_least, recipe.mean_most)
-    return mean * scale, bound[:, None] * scale
+    return mean * scale, bound[:, None] * scale, beyond
 
 
 def _lasting(
-    off: NDArray[np.float64],
+    beyond: NDArray[np.float64],
     strength: NDArray[np.float64],
     mean: NDArray[np.float64],
     count: int,
@@ -208,7 +210,7 @@ def _lasting(
         edges = np.flatnonzero(np.diff(np.concatenate([[False], certain[row]]).astype(np.int8)) > 0)
         for start in edges:
             # half of what the mean has reached, seen over a short while, is where it began
-            side = np.sign(mean[row, start]) * off[row, max(0, start - 2 * count) : start + 1]
+            side = np.sign(mean[row, start]) * beyond[row, max(0, start - 2 * count) : start + 1]
             short = trailing_mean(side[None], max(1, count // 6), 1)[0]
             below = np.flatnonzero(~(short > BEGUN * abs(mean[row, start])))
             first = int(below[-1]) + 1 if len(below) else 0

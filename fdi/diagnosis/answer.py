@@ -12,7 +12,7 @@ import numpy as np
 
 from fdi import structure
 from fdi.decision import Alarms
-from fdi.decision.noise import airborne_mask
+from fdi.decision.noise import SETTLING_S, airborne_mask
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
@@ -88,7 +88,8 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
 
 def in_air(flight: Flight) -> tuple[float, float]:
     """Return from when to when, s, an alarm of a flight may accuse."""
-    start = flight.start if flight.takeoff is None else flight.takeoff
+    # a log that begins in the air begins with filters and controllers that have not settled
+    start = flight.start + SETTLING_S if flight.takeoff is None else flight.takeoff
     ends = (flight.landing, flight.impact, flight.end)
     return start, min(end for end in ends if end is not None)
 

@@ -22,12 +22,16 @@ from fdi.model.parts import Component
 
 EPISODE_GAP_S: Final = 5.0
 """Alarms with a longer pause between them belong to different episodes."""
+AHEAD: Final = 0.75
+"""Share of a window's look-ahead by which its alarm begins before the change."""
 SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
-EVIDENCE: Final = 1.4
+EVIDENCE: Final = 1.65
 """Less evidence of its own accuses nobody."""
+EVIDENCE_COMPUTED: Final = 4.0
+"""What has no parts that break is accused on several tests only, and after all others."""
 UPSTREAM: Final = 0.6
 """Share of the best score with which a component that disturbs the best one goes before it."""
 TIE: Final = 0.05
@@ -84,12 +88,14 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
         mask = alarms.alarm[row] & inside
         edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            onset = float(t[first])
+            delay = float(alarms.delay_s[row])
             over = float(t[stop - 1]) + step
             sure = np.flatnonzero(alarms.certain[row, first:stop])
             if not len(sure):  # begins before the time in the air, or ends with it
                 continue
-            known = float(t[first + sure[0]]) + float(alarms.delay_s[row])
+            known = float(t[first + sure[0]]) + delay
+            # a centred window feels a change before it is in its middle
+            onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
@@ -138,7 +144,7 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     around = {name for run in soon for name in bank.of(run.row)}
     pool |= {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)}
     weights = {name: weigh(name, early, soon, alarms, bank) for name in sorted(pool)}
-    able = [name for name in sorted(pool) if weights[name].faults and weights[name].own >= EVIDENCE]
+    able = [name for name in sorted(pool) if weights[name].own >= _needed(name, bank)]
     parts = [name for name in able if not bank.components[name].computed]
     able = parts if any(weights[name].score > 0 for name in parts) else able
     if not able:
@@ -164,6 +170,10 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     share = float(1.0 / (np.exp(scores - weight.score).sum() + np.exp(-weight.score)))
     tied = tuple(n for n in close if n != leading)
     return Cause(leading, weight.faults, explained, share, 1.0, tied) if explained else None
+
+
+def _needed(name: str, bank: Concerns) -> float:
+    return EVIDENCE_COMPUTED if bank.components[name].computed else EVIDENCE
 
 
 def _only_disturbs(cause: str, effect: str, bank: Concerns) -> bool:

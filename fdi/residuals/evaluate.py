@@ -38,6 +38,9 @@ TIMING_SHARE: Final = 0.25
 """Standard deviation of a record's time as a share of its channel's period (a uniform delay within
 one period has 0.29)."""
 
+BENT: Final = 0.35
+"""Share of the change between two neighbouring slopes that one of them may be off."""
+
 SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
@@ -357,7 +360,19 @@ def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _V
         for (kind, source, generation), effect in value.effects.items()
         if kind == "noise"
     }
+    effects["noise", -1 - node.equation, 0] = _curvature(column)
     return _Value(column, effects, value.ahead + recipe.half_width(context.step))
+
+
+def _curvature(slope: Floats) -> Floats:
+    """Return by how much a slope over a window may miss the one at its middle.
+
+    What changes within a window shows as a change from one slope to the next.
+    """
+    change = np.abs(np.nan_to_num(np.diff(slope)))
+    around = np.pad(change, 1)
+    bent: Floats = BENT * np.maximum(around[:-1], around[1:])
+    return bent
 
 
 def _changing(source: int, context: _Context) -> float:
