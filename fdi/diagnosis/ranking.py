@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from fdi.decision import Alarms
-from fdi.diagnosis.weighing import Concerns, concerns, weigh
+from fdi.diagnosis.weighing import Concerns, Weight, concerns, weigh
 from fdi.model.parts import Component
 
 EPISODE_GAP_S: Final = 5.0
@@ -29,7 +29,7 @@ SIMULTANEOUS_S: Final = 2.0
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
 EVIDENCE: Final = 1.65
-"""Less evidence of its own accuses nobody."""
+"""Less evidence accuses nobody, unless a test that concerns no other component alarms."""
 EVIDENCE_COMPUTED: Final = 4.0
 """What has no parts that break is accused on several tests only, and after all others."""
 UPSTREAM: Final = 0.6
@@ -144,7 +144,7 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     around = {name for run in soon for name in bank.of(run.row)}
     pool |= {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)}
     weights = {name: weigh(name, early, soon, alarms, bank) for name in sorted(pool)}
-    able = [name for name in sorted(pool) if weights[name].own >= _needed(name, bank)]
+    able = [name for name in sorted(pool) if _is_enough(name, weights[name], bank)]
     parts = [name for name in able if not bank.components[name].computed]
     able = parts if any(weights[name].score > 0 for name in parts) else able
     if not able:
@@ -172,8 +172,11 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     return Cause(leading, weight.faults, explained, share, 1.0, tied) if explained else None
 
 
-def _needed(name: str, bank: Concerns) -> float:
-    return EVIDENCE_COMPUTED if bank.components[name].computed else EVIDENCE
+def _is_enough(name: str, weight: Weight, bank: Concerns) -> bool:
+    """Return whether the evidence of a component itself allows an accusation."""
+    if bank.components[name].computed:
+        return weight.own >= EVIDENCE_COMPUTED
+    return weight.alone or weight.own >= EVIDENCE
 
 
 def _only_disturbs(cause: str, effect: str, bank: Concerns) -> bool:

@@ -42,11 +42,15 @@ MOST_PEAK: Final = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Weight:
-    """The sum, the faults that explain, and how much of it is evidence of the component itself."""
+    """The sum, the faults that explain, and how much of it is evidence of the component itself.
+
+    ``alone``: a test that concerns no other component is among it.
+    """
 
     score: float
     faults: tuple[str, ...]
     own: float
+    alone: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +147,7 @@ def weigh(
     by_row = {run.row: run for run in reversed(soon)}
     window = slice(soon[0].first, max(run.first for run in soon) + 1)
     chosen, quiet = _chosen(component, by_row, alarms, bank, window)
-    score, own = -quiet, 0.0
+    score, own, alone = -quiet, 0.0, False
     begins = {run.row for run in early}
     explained = set(chosen)
     for row, run in by_row.items():
@@ -155,12 +159,13 @@ def weigh(
             score -= strength * (UNEXPLAINED_EARLY if row in begins else UNEXPLAINED_LATE)
         if share >= SUSPECTED:
             own += share * strength
+            alone |= bank.of(row) == {component}
             explained |= {
                 fault
                 for fault in bank.faults[row]
                 if fault in bank.suspected and bank.component[fault] == component
             }
-    return Weight(score, tuple(sorted(explained)), own)
+    return Weight(score, tuple(sorted(explained)), own, alone)
 
 
 def _chosen(

@@ -38,7 +38,7 @@ TIMING_SHARE: Final = 0.25
 """Standard deviation of a record's time as a share of its channel's period (a uniform delay within
 one period has 0.29)."""
 
-BENT: Final = 0.35
+BENT: Final = 0.5
 """Share of the change between two neighbouring slopes that one of them may be off."""
 
 SAME: Final = 1e-6
