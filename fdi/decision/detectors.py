@@ -138,10 +138,9 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
 def _stands(excess: NDArray[np.float64], reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which limits are violated from the beginning of the flight on."""
     early = excess[:, reference]
-    known = np.isfinite(early).sum(axis=1)
     with np.errstate(invalid="ignore"):
         over = (early > 0).sum(axis=1)
-    return np.asarray((known > 0) & (over >= STANDING * known))
+    return np.asarray((over > 0) & (over >= STANDING * early.shape[1]))
 
 
 def _sudden(
