@@ -149,9 +149,12 @@ def weigh(
     chosen, quiet = _chosen(component, by_row, alarms, bank, window)
     score, own, alone = -quiet, 0.0, False
     begins = {run.row for run in early}
+    alike = _alike(component, chosen, by_row, alarms, bank, window)
     explained = set(chosen)
     for row, run in by_row.items():
         share = bank.share(component, row, frozenset(chosen))
+        if share == 1.0 and set(bank.faults[row]) & set(chosen) <= alike:
+            share = SUSPECTED
         strength = _strength(run)
         if share:
             score += share * strength
@@ -197,6 +200,28 @@ def _chosen(
         cost += sum(power for row, power in against.items() if row not in counted)
         counted.update(against)
     return chosen, cost
+
+
+def _alike(
+    component: str,
+    chosen: Sequence[str],
+    by_row: Mapping[int, Run],
+    alarms: Alarms,
+    bank: Concerns,
+    window: slice,
+) -> frozenset[str]:
+    """Return the chosen faults of parts that agree with each other.
+
+    Two sensors of a kind that fail alike, at once, are less likely than one.
+    """
+    found: set[str] = set()
+    for row, faults in enumerate(bank.faults):
+        same = [f for f in faults if bank.component[f] == component and f not in bank.suspected]
+        if len(same) < 2 or row in by_row or bank.of(row) != {component}:
+            continue
+        if (alarms.state[row, window] != -1).mean() > 0.5:
+            found.update(same)
+    return frozenset(found & set(chosen))
 
 
 def _power(
