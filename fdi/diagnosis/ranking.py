@@ -28,7 +28,7 @@ SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
-EVIDENCE: Final = 2.4
+EVIDENCE: Final = 2.0
 """Less evidence accuses nobody, unless a test that concerns no other component alarms."""
 EVIDENCE_COMPUTED: Final = 4.0
 """What has no parts that break is accused on several tests only, and after all others."""

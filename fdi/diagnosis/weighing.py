@@ -68,6 +68,7 @@ class Concerns:
     order: Mapping[str, int]
     suspected: frozenset[str]
     column: Mapping[str, int]
+    residual: tuple[int, ...]
 
     def of(self, row: int) -> frozenset[str]:
         """Return the components that a residual concerns."""
@@ -129,7 +130,13 @@ def concerns(bank: Bank) -> Concerns:
     order = {name: i for i, name in enumerate(system.components)}
     column = {fault.name: i for i, fault in enumerate(system.faults)}
     return Concerns(
-        tuple(faults), component, system.components, order, frozenset(suspected), column
+        tuple(faults),
+        component,
+        system.components,
+        order,
+        frozenset(suspected),
+        column,
+        tuple(generator.residual for generator in bank.generators),
     )
 
 
@@ -149,12 +156,15 @@ def weigh(
     chosen, quiet = _chosen(component, by_row, alarms, bank, window)
     score, own, alone = -quiet, 0.0, False
     begins = {run.row for run in early}
+    said: set[int] = set()
     alike = _alike(component, chosen, by_row, alarms, bank, window)
     explained = set(chosen)
     for row, run in by_row.items():
         share = bank.share(component, row, frozenset(chosen))
-        if share == 1.0 and set(bank.faults[row]) & set(chosen) <= alike:
-            share = SUSPECTED
+        if set(bank.faults[row]) & alike:
+            if bank.residual[row] in said:
+                continue  # sensors that agree with each other say the same twice
+            said.add(bank.residual[row])
         strength = _strength(run)
         if share:
             score += share * strength
@@ -210,10 +220,7 @@ def _alike(
     bank: Concerns,
     window: slice,
 ) -> frozenset[str]:
-    """Return the chosen faults of parts that agree with each other.
-
-    Two sensors of a kind that fail alike, at once, are less likely than one.
-    """
+    """Return the chosen faults of parts that agree with each other."""
     found: set[str] = set()
     for row, faults in enumerate(bank.faults):
         same = [f for f in faults if bank.component[f] == component and f not in bank.suspected]
