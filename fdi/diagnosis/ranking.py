@@ -30,6 +30,8 @@ WEIGHING_S: Final = 10.0
 """Alarms within this time after the onset are weighed for the cause."""
 EVIDENCE: Final = 2.0
 """Less evidence accuses nobody, unless a test that concerns no other component alarms."""
+EVIDENCE_NEARLY: Final = 1.7
+"""What is enough where a test concerns beside the component only what is computed."""
 EVIDENCE_COMPUTED: Final = 4.0
 """What has no parts that break is accused on several tests only, and after all others."""
 UPSTREAM: Final = 0.6
@@ -176,6 +178,8 @@ def _is_enough(name: str, weight: Weight, bank: Concerns) -> bool:
     """Return whether the evidence of a component itself allows an accusation."""
     if bank.components[name].computed:
         return weight.own >= EVIDENCE_COMPUTED
+    if weight.nearly and weight.own >= EVIDENCE_NEARLY:
+        return True
     return weight.alone or weight.own >= EVIDENCE
 
 

@@ -44,13 +44,15 @@ MOST_PEAK: Final = 20.0
 class Weight:
     """The sum, the faults that explain, and how much of it is evidence of the component itself.
 
-    ``alone``: a test that concerns no other component is among it.
+    ``alone``: a test that concerns no other component is among it; ``nearly``: none but computed
+    ones.
     """
 
     score: float
     faults: tuple[str, ...]
     own: float
     alone: bool
+    nearly: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +156,7 @@ def weigh(
     by_row = {run.row: run for run in reversed(soon)}
     window = slice(soon[0].first, max(run.first for run in soon) + 1)
     chosen, quiet = _chosen(component, by_row, alarms, bank, window)
-    score, own, alone = -quiet, 0.0, False
+    score, own, alone, nearly = -quiet, 0.0, False, False
     begins = {run.row for run in early}
     said: set[int] = set()
     alike = _alike(component, chosen, by_row, alarms, bank, window)
@@ -172,13 +174,15 @@ def weigh(
             score -= strength * (UNEXPLAINED_EARLY if row in begins else UNEXPLAINED_LATE)
         if share >= SUSPECTED:
             own += share * strength
-            alone |= bank.of(row) == {component}
+            others = bank.of(row) - {component}
+            alone |= not others
+            nearly |= all(bank.components[name].computed for name in others)
             explained |= {
                 fault
                 for fault in bank.faults[row]
                 if fault in bank.suspected and bank.component[fault] == component
             }
-    return Weight(score, tuple(sorted(explained)), own, alone)
+    return Weight(score, tuple(sorted(explained)), own, alone, nearly)
 
 
 def _chosen(
