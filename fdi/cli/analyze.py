@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import rich_click as click
 
+from fdi.cli.completion import FILE, model_names, policy_names
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -50,9 +51,21 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
 
 
 @click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
-@click.argument("logs", metavar="LOG", nargs=-1, required=True)
-@click.option("--model", default="auto", metavar="NAME|FILE|auto", help="Airframe model.")
-@click.option("--policy", default="default", metavar="default|paper|FILE", help="The recipe.")
+@click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--model",
+    default="auto",
+    metavar="NAME|FILE|auto",
+    shell_complete=model_names,
+    help="Airframe model.",
+)
+@click.option(
+    "--policy",
+    default="default",
+    metavar="default|paper|FILE",
+    shell_complete=policy_names,
+    help="The recipe.",
+)
 @click.option(
     "--window",
     metavar="A:B",

@@ -170,6 +170,10 @@ class Message:
         turned = replace(old, conversion=Conversion(unit, sign * scale, sign * offset))
         return replace(self, columns={**self.columns, name: turned}, _cache={})
 
+    def forget(self) -> None:
+        """Let go of the decoded columns; they are decoded anew when they are asked for again."""
+        self._cache.clear()
+
     def frame(self) -> pd.DataFrame:
         """Return all fields in SI as a pandas frame with index t (s); text as it is."""
         import pandas as pd

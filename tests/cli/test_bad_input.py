@@ -35,6 +35,14 @@ def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
             is_told(run(command, path), 3)
 
 
+def test_what_is_no_file_cannot_be_converted(run: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo", Path("/dev/zero")):
+        ended = run("convert", path, "--out", "o")
+        is_told(ended, 3)
+        assert ended.err.count("\n") == 1
+
+
 @pytest.fixture
 def nobody() -> Iterator[None]:
     """Be somebody who may not read what root keeps to himself."""
