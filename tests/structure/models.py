@@ -32,6 +32,13 @@ def models(draw, max_equations=7, max_unknowns=5):
     )
 
 
+def dense(m, n, width=4):
+    """A model of redundancy m - n without structure to speak of."""
+    rows = tuple(tuple((i * 7 + j * j * (1 + i % 3)) % n for j in range(width)) for i in range(m))
+    faults = tuple(Fault(f"f{i}", (i,)) for i in range(0, m, 2))
+    return Model(tuple(f"e{i}" for i in range(m)), tuple(f"x{i}" for i in range(n)), rows, faults)
+
+
 def paper_model(faults):
     """The published MAVLink model with 77 or 79 faults."""
     path = SHARED / "paper" / f"model_{faults}.json"
