@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
 from fdi.telemetry.channel import Channel
@@ -21,6 +23,8 @@ from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.signals import Request, Sampling, Signals, resample
+
+_BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
 
 
 class ChannelData(NamedTuple):
@@ -62,8 +66,8 @@ class Log:
     path : Path
     format : str
         ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``.
-    bytes : int
-    sha256 : str
+    data : (n,) uint8
+        The file's bytes.
     duration : float
         s, from the first to the last record of whatever source.
     span : (float, float)
@@ -84,8 +88,7 @@ class Log:
 
     path: Path
     format: str
-    bytes: int
-    sha256: str
+    data: NDArray[np.uint8]
     duration: float
     span: tuple[float, float]
     messages: Mapping[str, Message]
@@ -106,6 +109,22 @@ class Log:
     def name(self) -> str:
         """The file's name without its folder."""
         return self.path.name
+
+    @property
+    def bytes(self) -> int:
+        """How many bytes the file holds."""
+        return int(self.data.size)
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the file's bytes, hexadecimal; computed when it is asked for."""
+        if "sha256" not in self._cache:
+            digest = sha256()
+            for low in range(0, self.data.size, _BLOCK):
+                digest.update(self.data[low : low + _BLOCK].data)
+            self._cache["sha256"] = digest.hexdigest()
+        found: str = self._cache["sha256"]
+        return found
 
     def __getitem__(self, key: str) -> Message:
         found = self.messages.get(key)

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -118,8 +117,7 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
     return Log(
         path,
         "dataflash",
-        int(data.size),
-        _digest(data),
+        data,
         max(span[1], 0.0),
         span,
         MappingProxyType(dict(sorted(messages.items()))),
@@ -135,13 +133,6 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
         number,
         (Source(number, 1, records.start.size, 0, vehicle, "ardupilot", True),),
     )
-
-
-def _digest(data: Bytes) -> str:
-    digest = sha256()
-    for low in range(0, data.size, _SNIFF):
-        digest.update(data[low : low + _SNIFF].tobytes())
-    return digest.hexdigest()
 
 
 def _place(record: QualityRecord) -> tuple[float, str, str]:
