@@ -23,7 +23,6 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
@@ -70,7 +69,6 @@ MAGIC: Final = b"ULog\x01\x12\x35"
 _HEADER: Final = struct.Struct("<7sBQ")
 _FLAGS: Final = struct.Struct("<HB8s8s3Q")
 _APPENDED: Final = 1  # incompatible flag: there are parts appended later
-_BLOCK: Final = 1 << 20
 _UTC_RANGE_US: Final = (946684800e6, 4102444800e6)  # 2000 to 2100: what is outside is no UTC
 _POSITIONS: Final = ("vehicle_gps_position", "sensor_gps")
 
@@ -124,8 +122,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     return Log(
         path,
         "ulog",
-        int(data.size),
-        _digest(data),
+        data,
         end,
         (0.0, end),
         MappingProxyType(dict(sorted(messages.items()))),
@@ -275,13 +272,6 @@ def _utc(own: dict[str, Message]) -> tuple[Floats, Floats]:
             if good.any():
                 return message.t[good], utc[good] / 1e6
     return np.empty(0), np.empty(0)
-
-
-def _digest(data: Bytes) -> str:
-    digest = sha256()
-    for low in range(0, data.size, _BLOCK):
-        digest.update(data[low : low + _BLOCK].data)
-    return digest.hexdigest()
 
 
 def _place(record: QualityRecord) -> tuple[float, str, str]:
