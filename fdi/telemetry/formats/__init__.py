@@ -9,8 +9,10 @@ dataflash_records.py  finds records and damage in the bytes
 dataflash_events.py   modes, arming, texts, parameters
 compiled.py           loops over bytes as machine code, where numba is at hand
 meaning.py            what another format says, in MAVLink's words
+gather.py             bytes at many offsets
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
+mavlink_checksum.py   whether a frame is what was sent
 mavlink_columns.py    payloads to columns
 mavlink_events.py     modes, arming, texts, parameters
 mavlink_signs.py      which way is up
