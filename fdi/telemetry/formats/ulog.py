@@ -110,7 +110,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     flights = find_flights(messages, events, (0.0, end), has_wings=has_wings)
     quality = [
         *damage_records(records, known),
-        *definition_records(records),
+        *definition_records(records, known),
         *dropout_records(records, known),
         *known.quality,
         *repair_records(list(zip(stamped, times, strict=True))),

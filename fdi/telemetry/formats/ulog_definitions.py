@@ -110,21 +110,27 @@ class Subscription:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key with its value as bytes, from an I, M, P or Q message."""
+    """A key with its value as bytes, from an I, M, P or Q message; ``count`` of an array."""
 
     kind: str
-    count: int
+    count: int | None
     name: str
     raw: bytes
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the value has the size that the key states."""
+        dtype = TYPES.get(self.kind)
+        count = 1 if self.count is None else self.count
+        return dtype is not None and len(self.raw) == np.dtype(dtype).itemsize * count
 
     def value(self) -> float | str | None:
         """Return a text or number, None where it is neither."""
         if self.kind == "char":
             return self.raw.decode("utf-8", "replace")
-        dtype = TYPES.get(self.kind)
-        if dtype is None or self.count or np.dtype(dtype).itemsize != len(self.raw):
+        if self.count is not None or not self.is_whole:
             return None
-        number: float = np.frombuffer(self.raw, dtype)[0].item()
+        number: float = np.frombuffer(self.raw, TYPES[self.kind])[0].item()
         return number
 
 
@@ -160,7 +166,9 @@ def parse_key(body: bytes) -> Key | None:
         return None
     end = 1 + body[0]
     found = _KEY.fullmatch(body[1:end].decode("latin-1"))
-    return None if found is None else Key(found[1], int(found[2] or 0), found[3], body[end:])
+    if found is None:
+        return None
+    return Key(found[1], None if found[2] is None else int(found[2]), found[3], body[end:])
 
 
 def resolve(name: str, formats: Mapping[str, Format]) -> Layout | None:

@@ -46,22 +46,19 @@ def _told(
         yield QualityRecord(kind, None, t, t, size if kind == "lost_bytes" else 1, text)
 
 
-def definition_records(records: Records) -> Iterator[QualityRecord]:
+def definition_records(records: Records, known: Reference) -> Iterator[QualityRecord]:
     """Yield which data nobody defines."""
-    if records.opaque:
-        count = sum(n for _, n, _ in records.opaque)
-        size = sum(size for _, _, size in records.opaque)
-        numbers = ", ".join(f"{number} ({n})" for number, n, _ in records.opaque[:_SINGLE])
-        text = f"{count} data messages ({size} bytes) of ids that the file does not define: "
-        text += numbers
-        if records.undefined:
-            text += f"; subscribed without a usable format: {', '.join(records.undefined)}"
-        yield QualityRecord("unknown_message", None, None, None, count, text)
-    guessed = [rows for rows in records.rows if rows.is_guess]
-    for rows in guessed:
-        text = f"{rows.at.size} data messages whose subscription is missing are read as "
-        text += f"{rows.layout.topic}, the only format that fits"
-        yield QualityRecord("repaired", rows.layout.topic, None, None, rows.at.size, text)
+    numbers = sorted({number for _, _, number in records.opaque})
+    words = f"data of ids that the file does not define ({', '.join(map(str, numbers[:_SINGLE]))})"
+    if records.undefined:
+        topics = ", ".join(records.undefined[:_SINGLE])
+        words += f"; subscribed without a usable format: {topics}"
+    yield from _told("unknown_message", words, [pair[:2] for pair in records.opaque], known)
+    for rows in records.rows:
+        if rows.is_guess:
+            text = f"{rows.at.size} data messages whose subscription is missing are read as "
+            text += f"{rows.layout.topic}, the only format that fits"
+            yield QualityRecord("repaired", rows.layout.topic, None, None, rows.at.size, text)
 
 
 def dropout_records(records: Records, known: Reference) -> Iterator[QualityRecord]:

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -46,10 +47,11 @@ _SYNC: Final = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 _NEVER: Final = 1 << 20  # larger than any message: the id is not subscribed
 _WINDOW: Final = range(1 << 14, 1 << 22)  # bytes looked at at once: after a definition, at most
 _SEARCH: Final = range(1 << 10, 1 << 20)
-_KEYED: Final = {ord("I"): 0, ord("M"): 1, ord("P"): 0, ord("Q"): 1}  # bytes before the key
-_VALUED: Final = (ord("P"), ord("Q"))
-_NUMBER: Final = 4  # bytes of a parameter
-_LEVELED: Final = (ord("L"), ord("C"))
+_KEY_AT: Final = {ord("I"): 0, ord("M"): 1, ord("P"): 0, ord("Q"): 1}
+_TEXT_AT: Final = {ord("L"): 9, ord("C"): 11}
+_FLAGS: Final = (bytes(8), b"\1" + bytes(7))  # incompatible flags that are known
+_LEVELS: Final = tuple(b"%d" % level for level in range(8))
+_NO_TEXT: Final = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f\x7f]")
 _ANY: Final = 1 << 16
 _KINDS: Final = {  # sizes of the bodies of the known types
     **{ord("B"): range(40, _ANY), ord("F"): range(3, _ANY), ord("A"): range(4, _ANY)},
@@ -61,6 +63,8 @@ _KINDS: Final = {  # sizes of the bodies of the known types
 _SMALLEST: Final = np.array([_KINDS.get(k, range(_NEVER, 0)).start for k in range(256)])
 _LARGEST: Final = np.array([_KINDS.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in _KINDS and k != _DATA for k in range(256)])
+_EVIDENCE: Final = 3  # data messages that must ascend before their topic is guessed
+_LARGEST_US: Final = 2**45  # a year since boot
 _LETTER: Final = re.compile(rb"[A-Z]")
 
 
@@ -94,9 +98,9 @@ class Records:
     ----------
     rows : tuple of Rows
     others : tuple of Other
-        All other messages but sync, in file order.
+        All other messages, in file order.
     opaque : tuple of (int, int, int)
-        Message id, count and bytes of data that nobody defines.
+        First byte, size and message id of data that nobody defines, in file order.
     undefined : tuple of str
         Topics that are subscribed and whose format is missing, circular or too large.
     lost : (k, 2) int
@@ -323,8 +327,6 @@ class _Walk:
     def take(self, at: int) -> None:
         """Keep a message that holds no data; a definition holds from here on."""
         kind, body = self.view[at + 2], bytes(self.view[at + 3 : self.end(at)])
-        if kind == ord("S"):
-            return
         self.others.append(Other(kind, at, body))
         if kind == ord("F"):
             made = parse_format(body)
@@ -354,10 +356,23 @@ class _Walk:
 
     def records(self) -> Records:
         """Return what has been found."""
-        at = np.concatenate(self.found) if self.found else np.empty(0, np.int64)
-        number = self.word[at + 3]
-        order = np.argsort(number, kind="stable")
-        at = at[order]
+        rows, left = self.grouped(np.concatenate([np.empty(0, np.int64), *self.found]))
+        guessed, left = self.guessed(left)
+        opaque = [(at - 5, self.end(at - 5), one) for one, places in left for at in places.tolist()]
+        return Records(
+            (*rows, *guessed),
+            tuple(self.others),
+            tuple((low, high - low, one) for low, high, one in sorted(opaque)),
+            tuple(sorted({one.topic for one in self.waiting})),
+            np.array(self.lost, np.int64).reshape(-1, 2),
+            tuple(self.unknown),
+            tuple(self.cut),
+        )
+
+    def grouped(self, start: Ints) -> tuple[list[Rows], list[tuple[int, Ints]]]:
+        """Return the data messages by subscription, and those of ids without one."""
+        number = self.word[start + 3]
+        at = start[np.argsort(number, kind="stable")] + 5
         counts = np.bincount(number, minlength=1)
         bounds = np.append(0, np.cumsum(counts))
         of_number: dict[int, list[tuple[Subscription, Layout]]] = {}
@@ -365,39 +380,62 @@ class _Walk:
             of_number.setdefault(pair[0].number, []).append(pair)
         rows, opaque = [], []
         for one in np.flatnonzero(counts).tolist():
-            here = at[bounds[one] : bounds[one + 1]] + 5
-            asked = of_number.get(one, [])
-            split = np.searchsorted(here, [pair[0].since for pair in asked])
-            split[:1] = 0
-            for i, (subscription, layout) in enumerate(asked):
-                part = here[split[i] : split[i + 1] if i + 1 < len(asked) else None]
-                if part.size:
-                    rows.append(Rows(layout, subscription.instance, part))
-            if not asked:
-                size = int((self.word[here - 5] + np.int64(3)).sum())
-                opaque.append((one, here.size, size))
-        return Records(
-            tuple(rows),
-            tuple(self.others),
-            tuple(opaque),
-            tuple(sorted({one.topic for one in self.waiting})),
-            np.array(self.lost, np.int64).reshape(-1, 2),
-            tuple(self.unknown),
-            tuple(self.cut),
-        )
+            here = at[bounds[one] : bounds[one + 1]]
+            asked = of_number.get(one)
+            if asked is None:
+                opaque.append((one, here))
+                continue
+            split = np.searchsorted(here, [pair[0].since for pair in asked]).tolist()
+            for (subscription, layout), low, high in zip(
+                asked, [0, *split[1:]], [*split[1:], here.size], strict=True
+            ):
+                if high > low:
+                    rows.append(Rows(layout, subscription.instance, here[low:high]))
+        return rows, opaque
+
+    def guessed(self, opaque: list[tuple[int, Ints]]) -> tuple[list[Rows], list[tuple[int, Ints]]]:
+        """Return the opaque data that one unused format alone fits, and the others."""
+        used = {one.topic for one, _ in self.subscriptions} | {one.topic for one in self.waiting}
+        nested = {member.kind for one in self.formats.values() for member in one.members}
+        free = [name for name in sorted(self.formats) if name not in used | nested]
+        layouts = [layout for name in free if (layout := resolve(name, self.formats)) is not None]
+        fitting = {number: [x for x in layouts if self.can_be(x, at)] for number, at in opaque}
+        claims = Counter(x.topic for fit in fitting.values() for x in fit)
+        found, left = [], []
+        for number, at in opaque:
+            fit = fitting[number]
+            if len(fit) == 1 and claims[fit[0].topic] == 1:
+                found.append(Rows(fit[0], 0, at, is_guess=True))
+            else:
+                left.append((number, at))
+        return found, left
+
+    def can_be(self, layout: Layout, at: Ints) -> bool:
+        """Return whether data can be of a layout: by their size, and by stamps that ascend."""
+        size = self.word[at - 5] - 2
+        stamp = layout.field("timestamp")
+        if (
+            stamp is None
+            or at.size < _EVIDENCE
+            or layout.size > size.min()
+            or layout.full < size.max()
+        ):
+            return False
+        stamps = words(self.data, stamp.dtype)[at + stamp.offset]
+        return bool(np.all(stamps[1:] > stamps[:-1]) and stamps[-1] < _LARGEST_US)
 
 
 def fits(kind: int, body: bytes) -> bool:
     """Return whether a body can be one of a message type other than data."""
     if kind == ord("S"):
         return body == _SYNC
-    if kind in _LEVELED:
-        return body[:1] in b"01234567"
-    if kind in _KEYED:
-        found = parse_key(body[_KEYED[kind] :])
-        return found is not None and (kind not in _VALUED or len(found.raw) == _NUMBER)
+    if kind in _TEXT_AT:
+        return body[:1] in _LEVELS and not _NO_TEXT.search(body, _TEXT_AT[kind])
+    if kind in _KEY_AT:
+        found = parse_key(body[_KEY_AT[kind] :])
+        return found is not None and found.is_whole and (kind != ord("M") or body[0] <= 1)
     if kind == ord("A"):
         return parse_subscription(body, 0) is not None
     if kind == ord("F"):
         return parse_format(body) is not None
-    return True
+    return kind != ord("B") or body[8:16] in _FLAGS

@@ -66,9 +66,8 @@ class Reference:
     def said(self, at: Ints, stamp: Stamps) -> Floats:
         """Return the time that stamps state, (n,)."""
         seconds: Floats = np.minimum(stamp, np.uint64(_LARGEST_US)).astype(np.float64) / 1e6
-        if self.offset.size == 1:
-            offset: Floats | np.float64 = self.offset[0]
-        return np.add(seconds, offset)
+        if self.first.size == 1:
+            return np.add(seconds, float(self.offset[0]))
         boot = np.searchsorted(self.first, at, side="right") - 1
         return np.add(seconds, self.offset[np.maximum(boot, 0)])
 
