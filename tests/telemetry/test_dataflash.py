@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
-from fdi.telemetry import read
 from fdi.telemetry.formats.dataflash_layouts import CHARACTERS
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
@@ -128,27 +127,6 @@ def test_damage_never_raises_anything_but_our_errors(load, flips, at, inserted):
         assert np.all(np.diff(message.t) > 0)
         for field in message.fields:
             message.si(field)
-
-
-@needs_shared
-def test_telemetry_and_dataflash_of_one_flight_agree_in_mavlinks_words():
-    folder = SHARED / "flights" / "sitl" / "copter"
-    tlog, binary = (read(folder / f"c03_ref_square_wind.{end}") for end in ("tlog", "BIN"))
-    shift = tlog.clock.boot(0.0) - binary.clock.boot(0.0)
-    for channel, within in (
-        ("GLOBAL_POSITION_INT.relative_alt", 0.1),
-        ("ATTITUDE.roll", 0.01),
-        ("VFR_HUD.climb", 0.2),
-        ("RAW_IMU.zacc", 0.3),
-        ("GPS_RAW_INT.lat", 1e-7),
-        ("SERVO_OUTPUT_RAW.servo1_raw", 15.0),
-    ):
-        mine, other = binary.channel(channel), tlog.channel(channel)
-        assert mine.unit == other.unit
-        at = mine.t - shift
-        apart = np.abs(np.interp(at, other.t, other.value) - mine.value)
-        inside = (at > other.t[0]) & (at < other.t[-1])
-        assert np.nanmedian(apart[inside]) < within, channel
 
 
 def test_noise_at_the_end_does_not_stretch_the_log(load):

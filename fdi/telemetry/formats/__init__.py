@@ -10,6 +10,7 @@ dataflash_events.py   modes, arming, texts, parameters
 compiled.py           loops over bytes as machine code, where numba is at hand
 meaning.py            what another format says, in MAVLink's words
 gather.py             bytes at many offsets
+meaning_sources.py    how the table of correspondences is written
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
 mavlink_checksum.py   whether a frame is what was sent

@@ -105,7 +105,7 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
     name = firmware({}, texts, None)
     vehicle = vehicle_of(name, values)
     own = _messages(groups, _units(groups), (stamp_us - stamp_us[0]) / 1e6, timed)
-    said = as_mavlink(own, vehicle, table="mavlink_dataflash", autopilot="ardupilot")
+    said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     events = [*texts, *log_events(groups, vehicle), *named]
     events.sort(key=lambda e: e.t)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import Final
 
@@ -226,7 +227,8 @@ class Units:
         stated, i = self.of_type.get(one.number), field.index
         if stated is not None and i < len(stated[0]):
             return stated[0][i], stated[1][i : i + 1] or "-"
-        return known_units().get((one.name, field.name, field.character), ("?", "-"))
+        name = numbered(one.name)
+        return known_units().get((name, field.name, field.character), ("?", "-"))
 
     def conversion(self, one: Layout, field: Field) -> Conversion:
         """Return what makes SI of the raw number.
@@ -241,6 +243,7 @@ class Units:
         stated = self.unit.get(unit, "UNKNOWN")
         if field.character == "L":  # Copter 3.6 says "us" of longitudes
             stated = "deg"
+        stated = true_unit(numbered(one.name), field.name, stated)
         name, factor, offset = si_unit(stated)
         return Conversion(name, scale * factor, offset)
 
@@ -248,6 +251,24 @@ class Units:
         """Return the field that numbers instances."""
         marked = (f for f in one.fields if f.dtype == "u1" and self.characters(one, f)[0] == "#")
         return next(marked, None)
+
+
+def numbered(name: str) -> str:
+    """Return the name of a message without the instance in it: IMU of IMU2."""
+    key: str = data_table("mavlink_dataflash")["instances"].get(name, name)
+    return key.partition("[")[0]
+
+
+@cache
+def true_unit(name: str, field: str, stated: str) -> str:
+    """Return the unit of a field where what FMTU states of it is wrong, or nothing."""
+    tables = data_table("units_dataflash")
+    found = dict(tables["wrong"])
+    if stated in ("", "UNKNOWN"):
+        found.update(tables["silent"])
+    matching = (u for pattern, u in found.items() if fnmatchcase(f"{name}.{field}", pattern))
+    unit: str = next(matching, stated)
+    return unit
 
 
 def si_unit(unit: str) -> Conversion:

@@ -100,7 +100,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     values, changes, named = parameters(records.others, known.at_place)
     vehicle = vehicle_of(own, values)
     autopilot = "px4" if info.get("sys_name") == "PX4" else "other"
-    said = as_mavlink(own, vehicle, table="mavlink_ulog", autopilot=autopilot)
+    said = as_mavlink(own, vehicle, table="mavlink_ulog")
     messages = own | {k: m for k, m in said.items() if k not in own}
     end = max(float(p.t.max()) for p in times)
     events = [*log_texts(records.others, known.of_stamp), *log_events(own, release), *named]
