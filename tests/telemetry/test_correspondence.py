@@ -131,7 +131,7 @@ def _names(text: str) -> list[str]:
     "text", ["", "ATT", "ATT.Roll *", "cube(ATT.Roll)", "ATT.Roll if", "ATT.Roll if ATT.Roll", "1*"]
 )
 def test_what_is_no_source_is_refused(text):
-    with pytest.raises(ValueError, match=" is no |no function"):
+    with pytest.raises(ValueError, match=r" is no |no function"):
         source(text)
 
 
