@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.dataflash import _records
+from fdi.telemetry.formats.dataflash_records import all_records
 from fdi.telemetry.formats.mavlink_frames import find_frames
 from fdi.telemetry.formats.ulog import _header
 from fdi.telemetry.formats.ulog_records import find_records, words
@@ -28,9 +28,7 @@ def _tlog(data: NDArray[np.uint8]) -> Spans:
 
 
 def _bin(data: NDArray[np.uint8]) -> Spans:
-    records = _records(data)
-    size = np.array([one.length for one in records.layouts])[records.layout]
-    return np.stack((records.start, records.start + size), axis=1)
+    return all_records(data).spans()
 
 
 def _ulg(data: NDArray[np.uint8]) -> Spans:

@@ -3,10 +3,14 @@
 Decided by content, never by name. A format is one file here: ``is_x(data)`` looks at the bytes,
 ``read_x(path, data, system=...)`` returns the `Log`.
 
-dataflash.py          ArduPilot DataFlash log: puts the log together
+dataflash.py          ArduPilot DataFlash log
 dataflash_layouts.py  definitions and units of its records
 dataflash_records.py  finds records and damage in the bytes
+dataflash_tables.py   records to columns
+dataflash_clock.py    when each record was made
+dataflash_log.py      puts the log together, binary or text
 dataflash_events.py   modes, arming, texts, parameters
+texts.py              rows of bytes: which are alike, and what they say
 compiled.py           loops over bytes as machine code, where numba is at hand
 meaning.py            what another format says, in MAVLink's words
 gather.py             bytes at many offsets

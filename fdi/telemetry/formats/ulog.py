@@ -32,9 +32,9 @@ from numpy.typing import NDArray
 
 from fdi.errors import LogError
 from fdi.telemetry.flights import find_flights, flight_events
-from fdi.telemetry.formats.dataflash_records import texts
 from fdi.telemetry.formats.mavlink_quality import duplicate_record, gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
+from fdi.telemetry.formats.texts import texts
 from fdi.telemetry.formats.ulog_definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog_events import (
     crash_dumps,
