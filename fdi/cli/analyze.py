@@ -109,12 +109,10 @@ def analyze(
 ) -> int:
     """Find out which component failed first in the flight that LOG recorded.
 
+    Several LOGs are one flight seen by several recorders: the better channel of each is used.
+
     Writes a folder with report.html, analysis.json, tables and figures, and prints the verdict.
     """
-    if len(logs) > 1:
-        raise UsageError(
-            f"{len(logs)} logs are given, this version analyses one", hint="call it once for each"
-        )
     if quiet and verbose:
         raise UsageError("--quiet and --verbose exclude each other")
     if as_json and formats is not None and out is None:
@@ -131,7 +129,7 @@ def analyze(
         from fdi.analysis import analyze as run
 
         found = run(
-            logs[0],
+            logs,
             model=model,
             policy=policy,
             window=window,

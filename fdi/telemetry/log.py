@@ -57,9 +57,41 @@ class Source:
     chosen: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One of the files of a log that several files make up.
+
+    Attributes
+    ----------
+    name, format : str
+    bytes : int
+    sha256 : str
+    offset : float
+        s, what was added to the file's own times.
+    uncertainty : float
+        s, 95 %.
+    placed_by : str
+        What tells the offset: ``first`` (its clock is the log's), ``boot``, ``signals``.
+    messages : tuple of str
+        Keys of the messages that are its.
+    added : Mapping[str, tuple of str]
+        Messages of another file to which it adds records, or these fields.
+    """
+
+    name: str
+    format: str
+    bytes: int
+    sha256: str
+    offset: float
+    uncertainty: float
+    placed_by: str
+    messages: tuple[str, ...]
+    added: Mapping[str, tuple[str, ...]]
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Log:
-    """A log, read.
+    """A log, read. Of several files of one flight (`recordings`) name and format are the first's.
 
     Attributes
     ----------
@@ -67,7 +99,7 @@ class Log:
     format : str
         ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``.
     data : (n,) uint8
-        The file's bytes.
+        The file's bytes; of several files the first one's.
     duration : float
         s, from the first to the last record of whatever source.
     span : (float, float)
@@ -84,6 +116,8 @@ class Log:
     system_id : int
     sources : tuple of Source
         All senders with their frame counts; the chosen one is marked.
+    recordings : tuple of Recording
+        The files where there are several, in the order given; empty for one.
     """
 
     path: Path
@@ -103,21 +137,32 @@ class Log:
     firmware: str | None
     system_id: int
     sources: tuple[Source, ...]
+    recordings: tuple[Recording, ...] = ()
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """The file's name without its folder."""
-        return self.path.name
+        """The file's name without its folder; of several files all names."""
+        return " + ".join(self.files)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files, without their folders."""
+        return tuple(one.name for one in self.recordings) or (self.path.name,)
 
     @property
     def bytes(self) -> int:
-        """How many bytes the file holds."""
-        return int(self.data.size)
+        """How many bytes the file holds, or all files together."""
+        return sum(one.bytes for one in self.recordings) or int(self.data.size)
 
     @property
     def sha256(self) -> str:
-        """The SHA-256 of the file's bytes, hexadecimal; computed when it is asked for."""
+        """The SHA-256 of the file's bytes, hexadecimal; computed when it is asked for.
+
+        Of several files: that of their hexadecimal digests one after the other.
+        """
+        if self.recordings:
+            return sha256("".join(one.sha256 for one in self.recordings).encode()).hexdigest()
         if "sha256" not in self._cache:
             digest = sha256()
             for low in range(0, self.data.size, _BLOCK):
