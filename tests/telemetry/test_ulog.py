@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fdi.errors import LogError
-from fdi.telemetry.formats.ulog_definitions import parse_format, resolve
+from fdi.telemetry.formats.ulog_definitions import parsed, resolve
 
 from . import build_ulog as build
 
@@ -198,6 +198,6 @@ def test_log_without_data_or_of_the_future_is_refused(load, data, words):
     ],
 )
 def test_format_that_no_message_could_hold_is_none(text):
-    made = parse_format(text.encode())
-    others = {"c": parse_format(b"c:d y;"), "d": parse_format(b"d:c y;")}
+    made, *circle = (parsed(ord("F"), line, 0) for line in (text.encode(), b"c:d y;", b"d:c y;"))
+    others = {one.name: one for one in circle}
     assert made is None or resolve("a", {"a": made, **others}) is None

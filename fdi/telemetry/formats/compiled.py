@@ -203,3 +203,44 @@ def dataflash_definitions(data: NDArray[np.uint8], places: NDArray[np.int64]) ->
                     count += one
         low = high
     return int(count)
+
+
+def walk_messages(
+    data: NDArray[np.uint8],
+    word: NDArray[np.uint16],
+    long: NDArray[np.uint64],
+    part: tuple[int, int],
+    tables: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]],
+    places: tuple[NDArray[np.int64], NDArray[np.uint16], NDArray[np.uint64]],
+) -> tuple[int, int]:
+    """Return how many data messages of a ULog follow each other, and where they end.
+
+    Stands in for `ulog_walk.Walk.follow`, but for one call at most as many as there are places.
+
+    Parameters
+    ----------
+    data : (n,) uint8
+    word, long : uint16, uint64
+        `ulog_walk.words` of the data.
+    part : (int, int)
+        First byte, and the byte behind the part of the file.
+    tables : (65536,) int32 each
+        By message id: smallest and largest size, place of the stamp in a message.
+    places : (m,) each
+        Where first bytes, ids and stamps of the messages are put.
+    """
+    low, high, stamp_at = tables
+    out_at, out_number, out_stamp = places
+    at, limit, last = np.uint64(part[0]), np.uint64(part[1]), np.uint64(data.size)
+    found = np.uint64(0)
+    room = np.uint64(out_at.size)
+    while found < room and at + np.uint64(5) <= limit and data[at + np.uint64(2)] == 0x44:
+        size, number = word[at], word[at + np.uint64(3)]
+        end = at + np.uint64(3) + np.uint64(size)
+        if size < low[number] or size > high[number] or end > limit:
+            break
+        place = min(at + np.uint64(stamp_at[number]), last - np.uint64(8))
+        out_at[found], out_number[found], out_stamp[found] = at, number, long[place]
+        found += np.uint64(1)
+        at = end
+    return int(found), int(at)

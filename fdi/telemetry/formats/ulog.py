@@ -48,7 +48,7 @@ from fdi.telemetry.formats.ulog_events import (
     vehicle_of,
 )
 from fdi.telemetry.formats.ulog_quality import damage_records, definition_records, dropout_records
-from fdi.telemetry.formats.ulog_records import Rows, find_records, words
+from fdi.telemetry.formats.ulog_records import Rows, find_records
 from fdi.telemetry.formats.ulog_times import (
     Placed,
     Reference,
@@ -59,11 +59,13 @@ from fdi.telemetry.formats.ulog_times import (
     repair_records,
 )
 from fdi.telemetry.formats.ulog_units import Release, field_meaning
+from fdi.telemetry.formats.ulog_walk import words
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
 
 Ints = NDArray[np.int64]
+Stamps = NDArray[np.uint64]
 
 MAGIC: Final = b"ULog\x01\x12\x35"
 _HEADER: Final = struct.Struct("<7sBQ")
@@ -164,23 +166,21 @@ def _header(path: Path, data: Bytes) -> tuple[int, list[tuple[int, int]]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Topic:
-    """The records of one instance of a topic: first bytes of their fields, (n,)."""
+    """The records of one instance of a topic, (n,): first bytes of their fields, stamps."""
 
     name: str
     instance: int | None
     layout: Layout
     data: Bytes
     at: Ints
+    stamp: Stamps
     # the records of the topic that was asked for last, shared by all
-    cache: dict[int, NDArray[Any]] = field(repr=False)
+    cache: dict[int, Bytes] = field(repr=False)
 
     def stamped(self) -> Stamped:
-        """Return the stamps; zeros where the topic has none."""
+        """Return the stamps with the topic's name."""
         key = self.name if self.instance is None else f"{self.name}[{self.instance}]"
-        stamp = self.layout.field("timestamp")
-        if stamp is None or stamp.dtype != "<u8":
-            return Stamped(key, self.at, np.zeros(self.at.size, np.uint64))
-        return Stamped(key, self.at, words(self.data, "<u8")[self.at + stamp.offset])
+        return Stamped(key, self.at, self.stamp)
 
     def is_unset(self, flag: Field) -> NDArray[np.bool_]:
         """Return in which records a flag is not set."""
@@ -189,20 +189,14 @@ class _Topic:
 
     def values(self, wanted: Field) -> NDArray[Any]:
         """Return a field's raw values, (n,); texts as `str`."""
+        size = self.layout.size
         block = self.cache.get(id(self))
         if block is None:
-            block = words(self.data, f"V{self.layout.size}")[self.at]
+            block = words(self.data, f"V{size}")[self.at].view(np.uint8)
             self.cache.clear()  # columns are asked for topic by topic
             self.cache[id(self)] = block
-        part = np.dtype(
-            {
-                "names": ["x"],
-                "formats": [wanted.dtype],
-                "offsets": [wanted.offset],
-                "itemsize": self.layout.size,
-            }
-        )
-        values: NDArray[Any] = np.ascontiguousarray(block.view(part)["x"])
+        part = np.ndarray(self.at.shape, wanted.dtype, block, wanted.offset, (size,))
+        values: NDArray[Any] = np.ascontiguousarray(part)
         return texts(values) if wanted.is_text else values
 
 
@@ -211,14 +205,19 @@ def _topics(data: Bytes, rows: Sequence[Rows]) -> list[_Topic]:
     groups: dict[tuple[str, int], list[Rows]] = {}
     for one in rows:
         groups.setdefault((one.layout.topic, one.instance), []).append(one)
-    cache: dict[int, NDArray[Any]] = {}
+    cache: dict[int, Bytes] = {}
     made = []
     for (name, instance), group in sorted(groups.items()):
         layouts = list(dict.fromkeys(one.layout for one in group))
         for i, layout in enumerate(layouts):
-            at = np.sort(np.concatenate([one.at for one in group if one.layout == layout]))
+            same = [one for one in group if one.layout == layout]
+            at, stamp = same[0].at, same[0].stamp
+            if len(same) > 1:
+                at = np.concatenate([one.at for one in same])
+                order = np.argsort(at)
+                at, stamp = at[order], np.concatenate([one.stamp for one in same])[order]
             label = name if not i else f"{name}#{i + 1}"
-            made.append(_Topic(label, instance or None, layout, data, at, cache))
+            made.append(_Topic(label, instance or None, layout, data, at, stamp, cache))
     return made
 
 

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_vehicle
 from fdi.telemetry.events import Event
 from fdi.telemetry.formats.mavlink_events import clean_text
-from fdi.telemetry.formats.ulog_definitions import parse_key
-from fdi.telemetry.formats.ulog_records import Other
+from fdi.telemetry.formats.ulog_definitions import Key, Logged
 from fdi.telemetry.formats.ulog_units import Release
+from fdi.telemetry.formats.ulog_walk import Other
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.message import Message
 
@@ -37,11 +37,10 @@ def information(others: tuple[Other, ...]) -> dict[str, float | str]:
     """Return the keys of the I messages, the last value of each."""
     found: dict[str, float | str] = {}
     for other in others:
-        if other.kind == ord("I"):
-            key = parse_key(other.body)
-            value = None if key is None else key.value()
-            if key is not None and value is not None:
-                found[key.name] = value
+        if other.kind == "I" and isinstance(other.content, Key):
+            value = other.content.value()
+            if value is not None:
+                found[other.content.name] = value
     return found
 
 
@@ -106,15 +105,13 @@ def log_texts(others: tuple[Other, ...], t_of: Callable[[int, int], float]) -> l
     """
     events = []
     for other in others:
-        if other.kind not in b"LC":
+        said = other.content
+        if not isinstance(said, Logged):
             continue
-        after_tag = 2 * (other.kind == ord("C"))
-        stamp = int.from_bytes(other.body[1 + after_tag : 9 + after_tag], "little")
-        text = clean_text(other.body[9 + after_tag :].decode("utf-8", "replace"))
-        t, severity = t_of(stamp, other.start), other.body[0] - ord("0")
-        events.append(Event(t, "text", text, severity))
+        t, text = t_of(said.stamp, other.start), clean_text(said.text)
+        events.append(Event(t, "text", text, said.severity))
         if is_failsafe_text(text):
-            events.append(Event(t, "failsafe", text, severity))
+            events.append(Event(t, "failsafe", text, said.severity))
     return sorted(events, key=lambda e: e.t)
 
 
@@ -126,11 +123,11 @@ def crash_dumps(others: tuple[Other, ...], t: float) -> Iterator[Event]:
     """
     parts: list[bytes] = []
     for other in others:
-        key = parse_key(other.body[1:]) if other.kind == ord("M") else None
-        if key is None or key.name != _CRASH_DUMP:
+        key = other.content
+        if not isinstance(key, Key) or key.name != _CRASH_DUMP:
             continue
-        is_continued = bool(other.body[0]) and bool(parts)
-        parts = [*parts[:-1], parts[-1] + key.raw] if is_continued else [*parts, key.raw]
+        is_next = key.is_continued and parts
+        parts = [*parts[:-1], parts[-1] + key.raw] if is_next else [*parts, key.raw]
     for part in parts:
         text = clean_text(part.decode("utf-8", "replace"))[:200]
         yield Event(t, "failsafe", f"the autopilot's processor crashed: {text}", _EMERGENCY)
@@ -150,11 +147,11 @@ def parameters(
     now: dict[str, float] = {}
     changes, events = [], []
     for other in others:
-        key = parse_key(other.body) if other.kind == ord("P") else None
-        value = None if key is None else key.value()
-        if key is None or not isinstance(value, int | float) or not math.isfinite(value):
+        key = other.content
+        value = key.value() if other.kind == "P" and isinstance(key, Key) else None
+        if not isinstance(key, Key) or not isinstance(value, int | float):
             continue
-        if not _PARAMETER.fullmatch(key.name):
+        if not math.isfinite(value) or not _PARAMETER.fullmatch(key.name):
             continue
         old = now.setdefault(key.name, value)
         first.setdefault(key.name, value)

@@ -17,7 +17,7 @@ _SINGLE: Final = 20  # more findings of one kind are told as one
 
 def damage_records(records: Records, known: Reference) -> Iterator[QualityRecord]:
     """Yield what belongs to no message, with offsets and byte counts."""
-    lost = [(low, high - low) for low, high in records.lost.tolist()]
+    lost = [(low, high - low) for low, high in records.lost]
     yield from _told("lost_bytes", "bytes that belong to no message", lost, known)
     unknown = [(at, size) for at, size, _ in records.unknown]
     kinds = ", ".join(sorted({chr(kind) for _, _, kind in records.unknown}))
@@ -64,9 +64,9 @@ def definition_records(records: Records, known: Reference) -> Iterator[QualityRe
 def dropout_records(records: Records, known: Reference) -> Iterator[QualityRecord]:
     """Yield the times in which the logger could not write."""
     found = [
-        (known.at_place(other.start), int.from_bytes(other.body, "little") / 1000)
+        (known.at_place(other.start), int.from_bytes(other.content, "little") / 1000)
         for other in records.others
-        if other.kind == ord("O")
+        if other.kind == "O" and isinstance(other.content, bytes)
     ]
     if len(found) > _SINGLE:
         total, longest = sum(d for _, d in found), max(d for _, d in found)

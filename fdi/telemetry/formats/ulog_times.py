@@ -46,17 +46,17 @@ class Stamped:
 class Reference:
     """Time by place in the file.
 
-    ``at``, ``t``: (m,) places and s of the log's clock; ``first``: (k,) place where a boot begins;
+    ``at``, ``t``: (m,) float64 places and s of the log's clock; ``first``: (k,) where boots begin;
     ``offset``: (k,) s, t = seconds since boot + offset.
     """
 
-    at: Ints
+    at: Floats
     t: Floats
-    first: Ints
+    first: Floats
     offset: Floats
     quality: tuple[QualityRecord, ...]
 
-    def expected(self, at: Ints) -> Floats:
+    def expected(self, at: Ints | Floats) -> Floats:
         """Return the time that a place in the file suggests, (n,)."""
         if not self.at.size:
             return np.zeros(at.size)
@@ -87,9 +87,9 @@ def reference(topics: Sequence[Stamped], start_us: int) -> Reference:
     """Return the time by place in the file, 0 at the header's stamp where that can be."""
     best = max(topics, key=_worth, default=None)
     if best is None or not _worth(best):
-        return Reference(np.empty(0, np.int64), np.empty(0), np.zeros(1, np.int64), np.zeros(1), ())
+        return Reference(np.empty(0), np.empty(0), np.zeros(1), np.zeros(1), ())
     step = -(-best.at.size // _SAMPLES)
-    at, stamp = best.at[::step], best.stamp[::step]
+    at, stamp = best.at[::step].astype(np.float64), best.stamp[::step]
     rows = np.arange(at.size)
     line = timeline(stamp, rows, (stamp // np.uint64(1000)).astype(np.int64), rows)
     seconds = stamp / 1e6
