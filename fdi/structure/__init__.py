@@ -17,7 +17,9 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``flats.py``: the search over these vectors, in Python
 - ``compiled.py``: the same search, compiled (extra ``fast``)
 - ``field.py``: packed arithmetic modulo 2^61 - 1
-- ``causality.py``: what can be computed by integrating, by differentiating; index, observability
+- ``causality.py``: what remains testable by integrating alone, by differentiating alone
+- ``losses.py``: what remains of that when an equation leaves
+- ``index.py``: how a set uses its differential constraints; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
 - ``placement.py``: minimal sets of added sensors
 """

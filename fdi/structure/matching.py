@@ -119,7 +119,31 @@ def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
                 equation_of[unknown] = equation
                 unknown_of[equation] = unknown
                 break
-    exhausted = [False] * n_unknowns  # from there no free unknown is reached, now or later
+    complete(rows, equation_of, unknown_of)
+    return equation_of, unknown_of
+
+
+def complete(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> None:
+    """Turn a matching, given as two lists, into a maximum one, in place.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+    equation_of, unknown_of : list of int
+        A matching, see :func:`match`. What is matched stays matched, if with another partner.
+
+    References
+    ----------
+    As for :func:`maximum_matching`.
+
+    Examples
+    --------
+    >>> equation_of, unknown_of = [0, -1], [0, -1]
+    >>> complete(((0, 1), (0,)), equation_of, unknown_of)
+    >>> unknown_of
+    [1, 0]
+    """
+    exhausted = [False] * len(equation_of)  # from there no free unknown is reached, now or later
     for root in [e for e, unknown in enumerate(unknown_of) if unknown < 0 and rows[e]]:
         reached_from = _search(rows, root, equation_of, exhausted)
         end = next(reversed(reached_from), -1)
@@ -128,7 +152,6 @@ def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
         else:
             for unknown in reached_from:
                 exhausted[unknown] = True
-    return equation_of, unknown_of
 
 
 def _search(rows: Rows, root: int, equation_of: list[int], exhausted: list[bool]) -> dict[int, int]:
