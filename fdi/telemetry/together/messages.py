@@ -6,10 +6,10 @@ it and its parts come.
 One log is chosen: of those that cover the flights equally well the ones with the higher rate, of
 these the ones with fewer gaps, then the one with the finer values, then the first. Two things of
 the others are taken as well: fields that the chosen one lacks, interpolated to its records between
-two of their own that are no gap apart (what has no unit, a state or a count, is that of the record
-before); and records where it has none (it began later, ended earlier or has a gap). A field whose
-values in the other log differ from its own while both are there stays unknown in such records: it
-is not the same quantity.
+two of their own that are no gap apart (whole numbers without a unit, states and counts, are those
+of the record before); and records where it has none (it began later, ended earlier or has a gap). A
+field whose values in the other log differ from its own while both are there stays unknown in such
+records: it is not the same quantity.
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ def _at(message: Message, name: str, t: Floats) -> Floats:
     inside = (t >= own[0]) & (t <= own[-1]) & (own[left + 1] - own[left] <= _longest(message))
     unit = message.unit(name)
     made = value[left]
-    if unit:
+    if unit or message.raw(name).dtype.kind == "f":
         rise = value[left + 1] - made
         if unit == "rad" and np.nanmax(np.abs(value), initial=0.0) <= 2 * np.pi:
             rise = (rise + np.pi) % (2 * np.pi) - np.pi  # the short way round
