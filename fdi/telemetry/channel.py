@@ -14,8 +14,10 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.telemetry.dialect import MessageDefinition, definition, definition_by_name
 
-_NAMED: Final = re.compile(r"([A-Za-z]\w*)(?:\[(\d{1,3})\])?\.([A-Za-z_]\w*(?:\[\d{1,3}\])?)", re.A)
-_NUMBERED: Final = re.compile(r"(\d{1,8})(?:\[(\d{1,3})\])?/([A-Za-z_]\w*(?:\[\d{1,3}\])?)", re.A)
+_PART: Final = r"[A-Za-z_]\w*(?:\[\d{1,3}\])?"
+_FIELD: Final = rf"{_PART}(?:\.{_PART}){{0,3}}"  # ULog nests: esc[0].esc_rpm
+_NAMED: Final = re.compile(rf"([A-Za-z]\w*)(?:\[(\d{{1,3}})\])?\.({_FIELD})", re.A)
+_NUMBERED: Final = re.compile(rf"(\d{{1,8}})(?:\[(\d{{1,3}})\])?/({_PART})", re.A)
 _HINT: Final = "write MESSAGE.field, MESSAGE[1].field or number/field, e.g. VFR_HUD.airspeed"
 
 

@@ -36,6 +36,8 @@ HARD_SPEED: Final = 2.0
 BLOW: Final = 4.0 * G0
 # m/s^2 of vertical acceleration: the same bound without gravity, 3 g
 STOP: Final = 2.0 * G0
+# m/s^2: 20 g, no airframe flies through that, whatever the upset estimate says afterwards
+CRUSH: Final = 20.0 * G0
 # m/s^2 upwards with idle rotors: only the ground does that
 IDLE_STOP: Final = 0.5 * G0
 # m/s^2: a stop must be felt, since an estimator's reset changes the climb rate alone
@@ -286,7 +288,9 @@ def _impact(
         last = _last_undisturbed(motion, row)
         speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
         is_hard = speed > HARD_SPEED and climb[last] < 0
-        if is_hard and _stays_down(motion, row, float(motion.height[last]), ground, highest_later):
+        is_over = felt and np.nanmax(force[near], initial=0.0) > CRUSH
+        height = float(motion.height[last])
+        if is_hard and (is_over or _stays_down(motion, row, height, ground, highest_later)):
             return last, float(-climb[last] if -climb[last] > HARD_SPEED else speed)
     return None
 

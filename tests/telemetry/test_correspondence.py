@@ -74,7 +74,7 @@ def test_units_of_the_tables_are_those_of_the_dialect(table):
 def test_base_and_every_array_entry_exist(table):
     for row in _rows(table):
         read_at_all = {r.message for f in row.fields for s in f.sources for r in s.reads}
-        assert {name.partition("[")[0] for name in row.base} <= read_at_all
+        assert {name.partition("[")[0] for name, _ in row.base} <= read_at_all
         known = definition_by_name(row.key.partition("[")[0])
         counts = {f.name: f.count for f in known.fields}
         for field in row.fields:
@@ -262,6 +262,52 @@ def test_counts_are_held_and_not_interpolated():
     )
     made = as_mavlink(own, "quad", table="mavlink_dataflash")
     np.testing.assert_array_equal(made["VIBRATION"].si("clipping_1"), [4, 4, 9])
+
+
+def receiver(t: np.ndarray) -> Message:
+    some = [0.0] * t.size
+    return message("GPS", list(t), Status=("", [3.0] * t.size), Spd=("m/s", some))
+
+
+def test_receiver_that_falls_silent_has_no_fix():
+    """As ArduPilot tells by MAVLink; all else that it said is unknown then."""
+    attitude = message("ATT", list(np.arange(0, 20, 0.1)), Roll=("rad", [0.0] * 200))
+    before, after = np.arange(0, 5, 0.2), np.arange(15, 20, 0.2)
+    gps = receiver(np.concatenate((before, after)))
+    made = as_mavlink(log(gps, attitude), "quad", table="mavlink_dataflash")["GPS_RAW_INT"]
+    silent = (made.t > 4.9) & (made.t < 14.9)
+    np.testing.assert_array_equal(made.si("fix_type"), np.where(silent, 0, 3))
+    np.testing.assert_array_equal(np.isnan(made.si("vel")), silent)
+    assert np.all(np.diff(made.t) > 0)
+    assert np.max(np.diff(made.t)) < 0.5
+    assert made.stamp.size == made.raw("fix_type").size == len(made)
+    assert len(gps) == before.size + after.size
+
+
+@pytest.mark.parametrize(
+    ("gps_back", "others_pause"), [(12.0, (5.2, 11.8)), (6.4, (99.0, 99.0))], ids=["all", "short"]
+)
+def test_pause_that_all_share_or_that_is_short_is_no_silence(gps_back, others_pause):
+    t = np.arange(0, 20, 0.1)
+    attitude = t[(t < others_pause[0]) | (t > others_pause[1])]
+    gps = receiver(np.concatenate((t[t < 5][::2], t[t > gps_back][::2])))
+    own = log(gps, message("ATT", list(attitude), Roll=("rad", [0.0] * attitude.size)))
+    assert len(as_mavlink(own, "quad", table="mavlink_dataflash")["GPS_RAW_INT"]) == len(gps)
+
+
+def test_specific_force_of_an_integral_and_its_time():
+    own = log(
+        message(
+            "vehicle_imu[1]",
+            [0, 1],
+            **{
+                "delta_velocity[0]": ("m/s", [0.02, 0.02]),
+                "delta_velocity_dt": ("s", [0.005, 0.0]),
+            },
+        )
+    )
+    made = as_mavlink(own, "quad", table="mavlink_ulog")
+    np.testing.assert_allclose(made["SCALED_IMU2"].si("xacc"), [4.0, np.nan])
 
 
 def test_unit_that_does_not_fit_is_left_out():

@@ -122,6 +122,14 @@ def test_impacts_of_recorded_flights_are_found_and_landings_are_none():
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+def test_impact_is_one_though_the_estimate_falls_on():
+    """The blow of 40 g stops the vehicle, but its estimator goes on sinking for ten seconds."""
+    (flight,) = read(SHARED / "crash" / "motors_cut_in_air.ulg").flights
+    assert flight.impact == pytest.approx(68.8, abs=0.15)
+    assert flight.landing is None
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
 def test_airborne_times_of_long_flights_agree_with_the_labels():
     """Labels count until the motors stop: up to 4 s (copter) or 30 s (plane) after touch-down."""
     labels = json.loads((SHARED / "labels.json").read_text())["flights"]

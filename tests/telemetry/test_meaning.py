@@ -24,6 +24,8 @@ from .build import Flight, mav, record
         ("BATTERY_STATUS[1].voltages[0]", "BATTERY_STATUS[1].voltages[0]"),
         ("BATTERY_STATUS[0].temperature", "BATTERY_STATUS.temperature"),
         ("XKF4[1].SV", "XKF4[1].SV"),
+        ("XKF4[0].SV", "XKF4.SV"),
+        ("esc_status.esc[0].esc_rpm", "esc_status.esc[0].esc_rpm"),
     ],
 )
 def test_channel_is_parsed_to_the_dialects_spelling(text, written):

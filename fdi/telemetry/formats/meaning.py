@@ -15,7 +15,7 @@ its own, so whoever looks at all of them (`Log.channels`) must not make them sta
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Final
@@ -52,12 +52,22 @@ class _Field:
 
 
 @dataclass(frozen=True, slots=True)
+class _Silence:
+    """What MAVLink says of a sensor that is silent for ``after`` s while ``beside`` goes on."""
+
+    after: float
+    beside: str
+    fields: Mapping[str, float]  # what is sent; all others are unknown
+
+
+@dataclass(frozen=True, slots=True)
 class _Row:
     """One MAVLink message of a table."""
 
     key: str
-    base: tuple[str, ...]
+    base: tuple[tuple[str, str | None], ...]  # key and group of vehicles
     fields: tuple[_Field, ...]
+    silence: _Silence | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +99,8 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
     made = _numbered(own, data_table(table)["instances"])
     known = {**made, **own}
     for row in _rows(table):
-        base = next((known[name] for name in row.base if name in known), None)
+        for_it = (name for name, group in row.base if group is None or vehicle in groups[group])
+        base = next((known[name] for name in for_it if name in known), None)
         if base is None:
             continue
         columns = {}
@@ -101,7 +112,8 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
                 load = partial(_sent, first, base, field.conversion)
                 columns[field.name] = Column(load, field.conversion)
         if columns:
-            made[row.key] = replace(_named(base, row.key), columns=columns, _cache={})
+            message = replace(_named(base, row.key), columns=columns, _cache={})
+            made[row.key] = _with_silence(message, row.silence, known)
     return made
 
 
@@ -113,7 +125,12 @@ def _rows(table: str) -> tuple[_Row, ...]:
             _Field(name, si(unit), tuple(map(source, texts)))
             for name, (unit, *texts) in expanded(row["fields"])
         )
-        rows.append(_Row(key, tuple(row["base"]), fields))
+        silence = _Silence(**row["silence"]) if "silence" in row else None
+        base = tuple(
+            (name, group or None)
+            for name, _, group in (text.partition(" on ") for text in row["base"])
+        )
+        rows.append(_Row(key, base, fields, silence))
     return tuple(rows)
 
 
@@ -129,6 +146,43 @@ def _named(message: Message, key: str) -> Message:
     return replace(
         message, name=name, instance=instance, made_from=message.made_from or message.key
     )
+
+
+def _with_silence(message: Message, silence: _Silence | None, known: Messages) -> Message:
+    """Return the message with records of silence, at its own rate, where another one goes on."""
+    beside = known.get(silence.beside) if silence is not None else None
+    if silence is None or beside is None or len(message) < 2 or not len(beside):
+        return message
+    t, there = message.t, beside.t
+    period = float(np.median(np.diff(t)))
+    ends = np.append(t, there[-1])
+    since = np.clip(np.searchsorted(t, there, side="right") - 1, 0, None)  # the record before
+    is_long = np.diff(ends, append=ends[-1]) > max(silence.after, _GAP_PERIODS * period)
+    late, ahead = there - t[since], ends[since + 1] - there
+    rows = np.flatnonzero(is_long[since] & (late > 1.5 * period) & (ahead > 0.5 * period))
+    rows = rows[np.diff(np.floor(late[rows] / period), prepend=-1.0) != 0]
+    share = (
+        np.bincount(since[rows], minlength=t.size) * period
+    )  # of the silence, in which it goes on
+    rows = rows[share[since[rows]] > silence.after / 2]
+    if not rows.size:
+        return message
+    joined = np.concatenate((t, there[rows]))
+    order = np.argsort(joined, kind="stable")
+    old = message.stamp.size
+    kept = np.concatenate((message.kept, old + np.arange(rows.size)))[order]
+    stamp = np.concatenate((message.stamp, beside.stamp[beside.kept[rows]]))
+    columns = {
+        name: replace(
+            column, load=partial(_followed, column.load, silence.fields.get(name), rows.size)
+        )
+        for name, column in message.columns.items()
+    }
+    return replace(message, t=joined[order], stamp=stamp, kept=kept, columns=columns, _cache={})
+
+
+def _followed(load: Callable[[], Floats], value: float | None, count: int) -> Floats:
+    return np.concatenate((load(), np.full(count, np.nan if value is None else value)))
 
 
 def _find(wanted: Source, known: Messages, base: Message, unit: str) -> _Found | None:
@@ -178,19 +232,16 @@ def _choices(read: Read, known: Messages) -> dict[str, Message]:
 
 def _unit(term: Term, messages: Messages, stated: str | None) -> str | None:
     """Return the SI unit of a term, None where its function does not take what it is given."""
-    units = set()
+    units = []
     for read in term.reads:
         own = messages[read.key].unit(_labels(term, read)[0])
-        units.add(own if own not in _SILENT else si(stated or "").unit)
-    if len(units) > 1:
+        units.append(own if own not in _SILENT else si(stated or "").unit)
+    function = FUNCTIONS[term.function] if term.function else None
+    if function is not None and function.takes is not None and tuple(units) != function.takes:
         return None
-    unit = units.pop()
-    if term.function is None:
-        return unit
-    function = FUNCTIONS[term.function]
-    if function.takes not in (None, unit):
-        return None
-    return unit if function.gives is None else function.gives
+    if function is not None and function.gives is not None:
+        return function.gives
+    return units[0] if len(set(units)) == 1 else None
 
 
 def _sent(found: _Found, base: Message, conversion: Conversion) -> Floats:

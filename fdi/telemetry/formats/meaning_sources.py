@@ -105,13 +105,13 @@ class Source:
 class Function:
     """What a source may apply to readings.
 
-    ``kernel`` is over arrays. ``takes``: SI unit of the arguments, None: any, one for
-    all. ``gives``: SI unit of the value, None: that of the arguments. ``is_of_array``: the argument
-    is an array of four, whose elements the kernel gets.
+    ``kernel`` is over arrays. ``takes``: SI units of the arguments, None: any, one for all.
+    ``gives``: SI unit of the value, None: that of the arguments. ``is_of_array``: the argument is
+    an array of four, whose elements the kernel gets.
     """
 
     kernel: Callable[..., Floats]
-    takes: str | None = None
+    takes: tuple[str, ...] | None = None
     gives: str | None = None
     is_of_array: bool = False
 
@@ -145,6 +145,11 @@ def _heading(angle: Floats) -> Floats:
     return angle % (2 * np.pi)
 
 
+def _quotient(part: Floats, whole: Floats) -> Floats:
+    made: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
+    return made
+
+
 def _norm(*parts: Floats) -> Floats:
     squares = sum((part * part for part in parts[1:]), parts[0] * parts[0])
     return np.sqrt(squares)
@@ -153,11 +158,13 @@ def _norm(*parts: Floats) -> Floats:
 FUNCTIONS: Final[dict[str, Function]] = {
     "norm": Function(_norm),
     "from": Function(_origin, gives="rad"),  # where a vector towards north, east comes from
-    "roll": Function(_euler(0), "", "rad", is_of_array=True),
-    "pitch": Function(_euler(1), "", "rad", is_of_array=True),
-    "yaw": Function(_euler(2), "", "rad", is_of_array=True),
-    "wrap": Function(wrap, "rad"),  # to -pi..pi
-    "heading": Function(_heading, "rad"),  # to 0..2 pi
+    "roll": Function(_euler(0), ("",), "rad", is_of_array=True),
+    "pitch": Function(_euler(1), ("",), "rad", is_of_array=True),
+    "yaw": Function(_euler(2), ("",), "rad", is_of_array=True),
+    "force": Function(_quotient, ("m/s", "s"), "m/s^2"),  # an integral over its time
+    "rate": Function(_quotient, ("rad", "s"), "rad/s"),
+    "wrap": Function(wrap, ("rad",)),  # to -pi..pi
+    "heading": Function(_heading, ("rad",)),  # to 0..2 pi
 }
 
 
