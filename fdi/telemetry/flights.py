@@ -178,7 +178,8 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
 
     climb = at_height(_CLIMBS)
     if t.size > 2 and not np.isfinite(climb).any():
-        climb = np.gradient(height, t)
+        with np.errstate(over="ignore", invalid="ignore"):  # damaged heights may be of any size
+            climb = np.gradient(height, t)
     force = _largest_force(messages, t)
     return _Motion(t, height, climb, at_height(_SPEEDS), at_height(_THROTTLES), force)
 
@@ -208,7 +209,8 @@ def _largest_force(messages: Mapping[str, Message], t: Floats) -> Floats:
         if message is None or message.unit("xacc") != "m/s^2" or not len(message):
             continue
         axes = [message.si(axis) for axis in ("xacc", "yacc", "zacc")]
-        size = np.sqrt(sum(axis**2 for axis in axes))
+        with np.errstate(over="ignore"):
+            size = np.sqrt(sum(axis**2 for axis in axes))
         place = np.searchsorted(edges, message.t)
         np.fmax.at(force, place, size)
     return force
