@@ -247,7 +247,8 @@ def _unit(term: Term, messages: Messages, stated: str | None) -> str | None:
 def _sent(found: _Found, base: Message, conversion: Conversion) -> Floats:
     """Return what MAVLink would send, unrounded, at the records of the base."""
     values = _onto(base, found.home, _total(found), conversion.unit)
-    sent: Floats = (values - conversion.offset) / conversion.scale
+    with np.errstate(over="ignore"):  # damaged values may be of any size
+        sent: Floats = (values - conversion.offset) / conversion.scale
     return sent
 
 
