@@ -75,6 +75,8 @@ _CLIMBS: Final = (
 )
 _SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
 _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
+_LANDED_STATES: Final = (("EXTENDED_SYS_STATE", "landed_state", 1.0),)
+_IN_AIR: Final = 1.5  # between 1, on the ground, and 2, in the air
 _ACCELEROMETERS: Final = ("RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "HIGHRES_IMU")
 
 
@@ -87,6 +89,7 @@ class _Motion:
     climb: Floats
     speed: Floats
     throttle: Floats
+    landed_state: Floats  # as the autopilot believes
     force: Floats  # the largest specific force within half a record, m/s^2
 
     def between(self, low: float, high: float) -> _Motion:
@@ -181,7 +184,8 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
         with np.errstate(over="ignore", invalid="ignore"):  # damaged heights may be of any size
             climb = np.gradient(height, t)
     force = _largest_force(messages, t)
-    return _Motion(t, height, climb, at_height(_SPEEDS), at_height(_THROTTLES), force)
+    speed, throttle, state = map(at_height, (_SPEEDS, _THROTTLES, _LANDED_STATES))
+    return _Motion(t, height, climb, speed, throttle, state, force)
 
 
 def _first(
@@ -258,6 +262,10 @@ def _take_off(motion: _Motion, *, from_ground: bool) -> tuple[int, float] | None
     # the barometer drifts while the vehicle waits: the place of rest follows the lowest height
     lowest = np.minimum.accumulate(height)
     high = np.flatnonzero(height > lowest + LIFT_M)
+    if not high.size:  # in a room: the autopilot's word, where the height bears it out
+        with np.errstate(invalid="ignore"):
+            said = motion.landed_state > _IN_AIR
+        high = np.flatnonzero(said & (height > lowest + LIFT_FLOOR_M))
     if not high.size:
         return None
     rests = motion.climb[: high[0]] <= REST_CLIMB
@@ -347,7 +355,8 @@ def _rest_at_end(motion: _Motion, in_air: int, *, disarmed: bool, has_wings: boo
     with np.errstate(invalid="ignore"):
         moves = (np.abs(motion.climb) > REST_CLIMB) | (np.abs(height - height[-1]) > LIFT_M)
         if not has_wings:  # rotors that idle do not fly, whatever a poor estimate of height says
-            moves &= ~(motion.throttle < IDLE_THROTTLE)
+            is_idle = motion.throttle < IDLE_THROTTLE
+            moves = (moves | (motion.landed_state > _IN_AIR)) & ~is_idle
     last = np.flatnonzero(moves)
     row = int(last[-1]) + 1 if last.size else in_air
     if row >= n:
