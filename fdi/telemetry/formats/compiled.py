@@ -179,6 +179,41 @@ def dataflash_run(
     return int(count), int(at)
 
 
+def dataflash_group(
+    start: NDArray[Any], types: NDArray[np.uint8], free: NDArray[np.int64], grouped: NDArray[Any]
+) -> None:
+    """Put records, in file order, to those of their type.
+
+    ``free`` (256,) says where in ``grouped`` the next one of a type goes, before and after.
+    """
+    for row in range(np.uint64(start.size)):
+        kind = types[row]
+        grouped[np.uint64(free[kind])] = start[row]
+        free[kind] += 1
+
+
+def dataflash_blocks(
+    data: NDArray[np.uint8],
+    start: NDArray[Any],
+    types: NDArray[np.uint8],
+    lengths: NDArray[np.int64],
+    free: NDArray[np.int64],
+    blocks: NDArray[np.uint8],
+) -> None:
+    """Copy records, in file order, to those of their type.
+
+    ``lengths`` (256,) are those of the types, 0 for those that are left out; ``free`` (256,) says
+    where in ``blocks`` the next one of a type goes, before and after.
+    """
+    for row in range(np.uint64(start.size)):
+        kind = types[row]
+        low, length = np.uint64(start[row]), np.uint64(lengths[kind])
+        at = np.uint64(free[kind])
+        for i in range(length):
+            blocks[at + i] = data[low + i]
+        free[kind] += lengths[kind]
+
+
 def dataflash_definitions(data: NDArray[np.uint8], places: NDArray[np.int64]) -> int:
     """Fill in where ``A3 95 80`` stands, as many as there is room for; return how many there are.
 

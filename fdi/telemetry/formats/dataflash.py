@@ -49,7 +49,7 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
             hint="give a .tlog or an ArduPilot .bin",
         )
     records = all_records(data)
-    source = Blocks(data)
+    source = Blocks(data, records)
     tables = [
         Table(one, start, source)
         for one, start in zip(records.layouts, records.starts, strict=True)

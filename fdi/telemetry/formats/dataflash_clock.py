@@ -68,6 +68,11 @@ class Track:
     offset: Floats
     quality: tuple[QualityRecord, ...] = ()
 
+    @property
+    def has_pause(self) -> bool:
+        """Whether the records of the track are far apart somewhere."""
+        return bool(np.any(np.diff(self.t) > _SLACK_S))
+
     def at(self, start: NDArray[np.integer]) -> Floats:
         """Return the times of places in the file, (n,) s: between those of the track's records."""
         found: Floats = np.interp(start, self.start, self.t)
@@ -92,11 +97,13 @@ def said(table: Table) -> NDArray[np.int64] | None:
     field = micros or millis
     if field is None or field.character not in "IQ":
         return None
-    values = table.column(field)
+    values = np.ascontiguousarray(table.pick(field))
     scale = 1 if micros else 1000
-    is_noise = values >= _LARGEST_US // scale
+    is_clean = int(values.max()) < _LARGEST_US // scale
+    if is_clean and values.dtype == np.uint64 and micros:
+        return values.view(np.int64)
     found = values.astype(np.int64) * scale
-    found[is_noise] = -1
+    found[values >= _LARGEST_US // scale] = -1
     return found
 
 

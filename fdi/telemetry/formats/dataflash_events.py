@@ -7,14 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any, Final
+
+import numpy as np
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.events import Event
 from fdi.telemetry.formats.dataflash_clock import Times
 from fdi.telemetry.formats.dataflash_tables import Tables, columns
-from fdi.telemetry.formats.mavlink_events import clean_text
+from fdi.telemetry.formats.mavlink_events import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
 
 _ARMED: Final = 10  # EV.Id
@@ -83,19 +84,36 @@ def parameters(
     """Return the parameters as first written, the later changes, and these as events."""
     first: dict[str, float] = {}
     now: dict[str, float] = {}
-    changes, events = [], []
-    for t, name, value in timed.lines("PARM", "Name", "Value"):
-        if now.get(name) == value:  # nearly all, where a log holds several downloads
-            continue
-        if not name.replace("_", "").isalnum() or not isfinite(value):
-            continue
-        old = now.setdefault(name, value)
-        first.setdefault(name, value)
+    changes = []
+    for t, name, value in _parameter_news(timed):
+        old = now.get(name, value)
         if value != old:
             changes.append(ParameterChange(t, name, old, value))
-            events.append(Event(t, "parameter", name, None, value))
-            now[name] = value
+        first.setdefault(name, value)
+        now[name] = value
+    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
     return dict(sorted(first.items())), tuple(changes), events
+
+
+def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
+    """Yield in file order where a parameter is not what its record before said: t, name, value."""
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        one = table.layout
+        name, value = one.field("Name"), one.field("Value")
+        if one.name != "PARM" or name is None or value is None or not name.is_text:
+            continue
+        names, which = table.source.codes(table, name)
+        is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])
+        values = np.ascontiguousarray(table.column(value))
+        rows = np.flatnonzero(is_name[which] & np.isfinite(values))
+        # of numbers with 16 bits the order is found in linear time
+        narrow = which.astype(np.uint16) if names.size < 1 << 16 else which
+        order = rows[np.argsort(narrow[rows], kind="stable")]
+        named, said = narrow[order], values[order]
+        is_news = np.ones(order.size, np.bool_)
+        is_news[1:] = (named[1:] != named[:-1]) | (said[1:] != said[:-1])
+        for row in np.sort(order[is_news]).tolist():
+            yield float(times.t[row]), names[which[row]], float(values[row])
 
 
 def vehicle_of(firmware: str | None, values: Mapping[str, float]) -> str:

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import cache
+from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
@@ -239,14 +239,18 @@ class Units:
         stated = self.unit.get(unit, "UNKNOWN")
         if field.character == "L":  # Copter 3.6 says "us" of longitudes
             stated = "deg"
-        stated = true_unit(numbered(one.name), field.name, stated)
-        name, factor, offset = si_unit(stated)
-        return Conversion(name, scale * factor, offset)
+        return _conversion(one.name, field.name, stated, scale)
 
     def instance_field(self, one: Layout) -> Field | None:
         """Return the field that numbers instances."""
         marked = (f for f in one.fields if f.dtype == "u1" and self.characters(one, f)[0] == "#")
         return next(marked, None)
+
+
+@lru_cache(maxsize=4096)
+def _conversion(message: str, field: str, stated: str, scale: float) -> Conversion:
+    name, factor, offset = si_unit(true_unit(numbered(message), field, stated))
+    return Conversion(name, scale * factor, offset)
 
 
 def numbered(name: str) -> str:
@@ -255,7 +259,6 @@ def numbered(name: str) -> str:
     return key.partition("[")[0]
 
 
-@cache
 def true_unit(name: str, field: str, stated: str) -> str:
     """Return the unit of a field where what FMTU states of it is wrong, or nothing."""
     tables = data_table("units_dataflash")

@@ -17,7 +17,7 @@ import numpy as np
 
 from fdi.telemetry.catalogue import data_table
 from fdi.telemetry.flights import find_flights, flight_events
-from fdi.telemetry.formats.dataflash_clock import Times, Track, find_track, make_clock
+from fdi.telemetry.formats.dataflash_clock import Track, find_track, make_clock
 from fdi.telemetry.formats.dataflash_events import (
     Timed,
     log_events,
@@ -25,8 +25,8 @@ from fdi.telemetry.formats.dataflash_events import (
     parameters,
     vehicle_of,
 )
-from fdi.telemetry.formats.dataflash_layouts import Bytes, Ints, Units
-from fdi.telemetry.formats.dataflash_tables import Table, Tables
+from fdi.telemetry.formats.dataflash_layouts import Bytes, Ints, Layout, Units
+from fdi.telemetry.formats.dataflash_tables import Table, Tables, columns
 from fdi.telemetry.formats.mavlink_events import firmware
 from fdi.telemetry.formats.mavlink_quality import gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
@@ -64,13 +64,15 @@ def make_log(
     findings : iterable of Finding
         What is wrong with the file.
     """
+    units = _units(tables)
+    tables = [part for table in tables for part in _instances(table, units)]
     track, times = find_track(tables)
     timed = Timed(tables, times)
     values, changes, named = parameters(timed)
     texts = log_texts(timed)
     name = firmware({}, texts, None)
     vehicle = vehicle_of(name, values)
-    own = _messages(timed, _units(timed))
+    own = _messages(timed, units)
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     events = [*texts, *log_events(timed, vehicle), *named]
@@ -78,7 +80,9 @@ def make_log(
     span = min(float(x.t.min()) for x in times), max(float(x.t.max()) for x in times)
     has_wings = vehicle in ("plane", "vtol", "other")
     flights = find_flights(messages, events, span, has_wings=has_wings)
-    quality = [*(_told(f, track) for f in findings), *track.quality, *gap_records(own)]
+    quality = [*(_told(f, track) for f in findings), *track.quality]
+    if track.has_pause:
+        quality += gap_records(own)
     number = int(values.get("SYSID_THISMAV", values.get("MAV_SYSID", 1)))
     count = sum(table.start.size for table in tables)
     return Log(
@@ -114,63 +118,59 @@ def _place(record: QualityRecord) -> tuple[float, str, str]:
     return (-1.0 if record.start is None else record.start), record.kind, record.text
 
 
-def _units(timed: Timed) -> Units:
+def _units(tables: Tables) -> Units:
     standard = data_table("units_dataflash")
     unit = dict(standard["characters"])
     multiplier = dict(standard["multipliers"])
-    of_type = {}
-    for _, character, label in timed.lines("UNIT", "Id", "Label"):
-        unit[chr(character & 0xFF)] = label
-    for _, character, value in timed.lines("MULT", "Id", "Mult"):
-        if np.isfinite(value) and value:
-            multiplier[chr(character & 0xFF)] = float(f"{value:.7g}")  # float32 written as double
-    for _, number, units, multipliers in timed.lines("FMTU", "FmtType", "UnitIds", "MultIds"):
-        of_type[number] = (units, multipliers)
+    of_type: dict[int, tuple[str, str]] = {}
+    for _, (character, label) in columns(tables, "UNIT", "Id", "Label"):
+        stated = dict(zip(character.tolist(), label.tolist(), strict=True))
+        unit.update({chr(i & 0xFF): text for i, text in stated.items()})
+    for _, (character, value) in columns(tables, "MULT", "Id", "Mult"):
+        for i, number in dict(zip(character.tolist(), value.tolist(), strict=True)).items():
+            if np.isfinite(number) and number:
+                multiplier[chr(i & 0xFF)] = float(f"{number:.7g}")  # float32 written as double
+    for _, (kind, *pair) in columns(tables, "FMTU", "FmtType", "UnitIds", "MultIds"):
+        of_type.update(
+            zip(kind.tolist(), zip(*(p.tolist() for p in pair), strict=True), strict=True)
+        )
     return Units(unit, multiplier, of_type)
+
+
+def _instances(table: Table, units: Units) -> Iterator[Table]:
+    field = units.instance_field(table.layout)
+    if field is None:
+        yield table
+    else:
+        yield from table.source.split(table, field)
 
 
 def _messages(timed: Timed, units: Units) -> dict[str, Message]:
     made: dict[str, Message] = {}
-    seen: dict[str, int] = {}
+    names: dict[str, list[Layout]] = {}
     every = np.arange(max(table.start.size for table in timed.tables))
     every.flags.writeable = False
     for table, times in zip(timed.tables, timed.times, strict=True):
         one = table.layout
         if not one.fields:
             continue
-        seen[one.name] = seen.get(one.name, 0) + 1
-        name = one.name if seen[one.name] == 1 else f"{one.name}#{seen[one.name]}"
-        conversions = [units.conversion(one, field) for field in one.fields]
-        for instance, part, own in _instances(table, times, units):
-            columns = {
-                field.name: Column(partial(part.column, field), conversion, is_text=field.is_text)
-                for field, conversion in zip(one.fields, conversions, strict=True)
-            }
-            is_list = any(f.is_text for f in one.fields) or not own.is_own
-            t, kept = _ascending(own.t, every, is_list=is_list)
-            for array in (t, own.stamp, kept):
-                array.flags.writeable = False
-            message = Message(name, instance, t, own.stamp, kept, MappingProxyType(columns))
-            made[message.key] = message
+        layouts = names.setdefault(one.name, [one])
+        if one is not layouts[-1]:
+            layouts.append(one)
+        name = one.name if len(layouts) == 1 else f"{one.name}#{len(layouts)}"
+        made_of = {
+            field.name: Column(
+                partial(table.column, field), units.conversion(one, field), is_text=field.is_text
+            )
+            for field in one.fields
+        }
+        is_list = any(f.is_text for f in one.fields) or not times.is_own
+        t, kept = _ascending(times.t, every, is_list=is_list)
+        for array in (t, times.stamp, kept):
+            array.flags.writeable = False
+        message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
+        made[message.key] = message
     return made
-
-
-def _instances(
-    table: Table, times: Times, units: Units
-) -> Iterator[tuple[int | None, Table, Times]]:
-    """Yield the records per instance, and their times; instance 0 is None."""
-    field = units.instance_field(table.layout)
-    if field is None:
-        yield None, table, times
-        return
-    parts = list(table.source.split(table, field))
-    if len(parts) == 1:
-        yield parts[0][0] or None, table, times
-        return
-    for number, part, rows in parts:
-        is_same = times.stamp is times.t
-        t = times.t[rows]
-        yield number or None, part, Times(t, t if is_same else times.stamp[rows], times.is_own)
 
 
 def _ascending(t: Floats, every: Ints, *, is_list: bool) -> tuple[Floats, Ints]:

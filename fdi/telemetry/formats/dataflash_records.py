@@ -14,14 +14,19 @@ from all headers at once; only where a run breaks Python decides, in the same wo
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.formats.compiled import compiled, dataflash_definitions, dataflash_run
+from fdi.telemetry.formats.compiled import (
+    compiled,
+    dataflash_definitions,
+    dataflash_group,
+    dataflash_run,
+)
 from fdi.telemetry.formats.dataflash_layouts import (
     FMT,
     LENGTHS,
@@ -36,6 +41,7 @@ Bytes = NDArray[np.uint8]
 Offsets = NDArray[Any]  # uint32, in files of 4 GiB and more int64
 Ints = NDArray[np.int64]
 
+SMALL: Final = 64 << 20  # bytes of a file that is decoded at once
 HEADER: Final = b"\xa3\x95"
 _BLOCK: Final = 1 << 20  # bytes searched at once: they stay in the cache
 _ROWS: Final = 1 << 17  # records looked at together
@@ -63,6 +69,7 @@ class Records:
     starts: tuple[Offsets, ...]
     lost: Ints
     is_cut: bool  # the last of the lost ranges is a record that the file's end cuts
+    in_order: tuple[Headers, ...] = ()  # of all records, in file order; none of large files
 
     @property
     def count(self) -> int:
@@ -117,9 +124,12 @@ def all_records(data: Bytes) -> Records:
 
     def found(data: Bytes, layouts: Sequence[Layout]) -> Records:
         known = _Known(data, layouts, false_definitions)
+        records = _Collection(known)
         if run is not None:
-            return _collect(known, _compiled_runs(run, known), layouts)
-        return _collect(known, _runs(headers or find_headers(data), known), layouts)
+            _compiled_walk(run, known, records)
+        else:
+            _walk(headers or find_headers(data), known, records)
+        return records.records(layouts)
 
     def explained(layouts: Sequence[Layout]) -> int:
         head = data[:_SPECIMEN]
@@ -253,34 +263,24 @@ class _Known:
 
 
 class _Collection:
-    """Gathers records that come in file order: by type, and what lies between them."""
+    """Gathers records that come in file order, and what lies between them."""
 
     def __init__(self, known: _Known) -> None:
         self.known = known
-        self.starts: list[list[Offsets]] = [[] for _ in range(_TYPES)]
+        self.windows: list[Headers] = []
         self.lost: list[tuple[int, int]] = []
         self.end = 0
         self.offset_type = offset_type(known.data)
 
+    def reach(self, low: int, high: int) -> None:
+        """Note that records cover these bytes."""
+        if low > self.end:
+            self.lost.append((self.end, low))
+        self.end = high
+
     def add(self, start: Offsets, types: Bytes) -> None:
         """Take some records, (n,) ascending."""
-        if not start.size:
-            return
-        at = start.astype(np.int64)
-        ends = at + self.known.lengths_of(at, types)
-        gaps = np.flatnonzero(at[1:] > ends[:-1])
-        if at[0] > self.end:
-            self.lost.append((self.end, int(at[0])))
-        self.lost.extend(zip(ends[gaps].tolist(), at[gaps + 1].tolist(), strict=True))
-        self.end = int(ends[-1])
-        order = np.argsort(types, kind="stable")
-        grouped = start[order].astype(self.offset_type, copy=False)
-        bounds = np.cumsum(np.bincount(types, minlength=_TYPES)).tolist()
-        low = 0
-        for number, high in enumerate(bounds):
-            if high > low:
-                self.starts[number].append(grouped[low:high])
-            low = high
+        self.windows.append(Headers(start.astype(self.offset_type, copy=False), types))
 
     def records(self, layouts: Sequence[Layout]) -> Records:
         """Return all that was taken."""
@@ -288,41 +288,57 @@ class _Collection:
         is_cut = self.end < size and self.known.is_cut(self.end)
         if self.end < size:
             self.lost.append((self.end, size))
+        of_type = self._by_type()
         starts = []
         for one in layouts:
-            parts = self.starts[one.number]
-            whole = np.concatenate(parts) if parts else np.empty(0, self.offset_type)
-            self.starts[one.number] = [whole]
-            versions = [v.since for v in self.known.versions[one.number]]
-            if len(versions) > 1:
-                i = versions.index(one.since)
-                low, high = np.searchsorted(whole, [one.since, [*versions, size][i + 1]])
-                whole = whole[low:high]
-            starts.append(whole)
+            whole = of_type[one.number]
+            since = [version.since for version in self.known.versions[one.number]]
+            i = since.index(one.since)
+            low, high = np.searchsorted(whole, [one.since, [*since, size][i + 1]])
+            starts.append(whole[low:high])
         lost = np.array(self.lost, np.int64).reshape(-1, 2)
-        return Records(tuple(layouts), tuple(starts), lost, is_cut)
+        in_order = tuple(self.windows) if self.known.size <= SMALL else ()
+        return Records(tuple(layouts), tuple(starts), lost, is_cut, in_order)
+
+    def _by_type(self) -> list[Offsets]:
+        count = np.zeros(_TYPES, np.int64)
+        for window in self.windows:
+            count += np.bincount(window.type, minlength=_TYPES)
+        ends = np.cumsum(count)
+        grouped = np.empty(int(ends[-1]), self.offset_type)
+        free = ends - count  # where the next record of each type goes
+        group = compiled(dataflash_group, self.known.size) or _group
+        for window in self.windows:
+            group(window.at, window.type, free, grouped)
+        return np.split(grouped, ends[:-1])
 
 
-def _collect(
-    known: _Known, runs: Iterable[tuple[Offsets, Bytes]], layouts: Sequence[Layout]
-) -> Records:
-    found = _Collection(known)
-    for start, types in runs:
-        found.add(start, types)
-    return found.records(layouts)
+def _group(start: Offsets, types: Bytes, free: NDArray[np.int64], grouped: Offsets) -> None:
+    """Do what `dataflash_group` does."""
+    count = np.bincount(types, minlength=_TYPES)
+    in_order = start[np.argsort(types, kind="stable")]
+    low = 0
+    for number in np.flatnonzero(count).tolist():
+        n = int(count[number])
+        at = int(free[number])
+        grouped[at : at + n] = in_order[low : low + n]
+        free[number] += n
+        low += n
 
 
-def _runs(headers: Headers, known: _Known) -> Iterator[tuple[Ints, Bytes]]:
-    """Yield records, from the places of all headers."""
+def _walk(headers: Headers, known: _Known, found: _Collection) -> None:
+    """Find the records, from the places of all headers."""
     place = 0  # where the next record begins at the earliest
     for low in range(0, int(np.searchsorted(headers.at, known.size)), _ROWS):
         at = headers.at[low : low + _ROWS].astype(np.int64)
         types = headers.type[low : low + _ROWS]
         lengths = known.lengths_of(at, types)
         good = lengths > 0
-        at, types, ends = at[good], types[good], at[good] + lengths[good]
+        if not good.all():
+            at, types, lengths = at[good], types[good], lengths[good]
         if not at.size:
             continue
+        ends = at + lengths
         taken = np.zeros(at.size + 1, np.int8)
         breaks = np.flatnonzero(np.append(ends[:-1] != at[1:], True))
         behind = np.searchsorted(at, ends[breaks])
@@ -331,23 +347,21 @@ def _runs(headers: Headers, known: _Known) -> Iterator[tuple[Ints, Bytes]]:
         row = int(np.searchsorted(at, place))
         while row < at.size:
             i = bisect_left(stops, row)
-            last = stops[i]
+            last, next_row, is_kept = stops[i], follows[i], True
+            if not is_joined[i]:
+                is_kept, place = known.decide(int(at[last]), int(ends[last]))
+                next_row = int(np.searchsorted(at, place))
             taken[row] += 1
-            if is_joined[i]:
-                taken[last + 1] -= 1
-                row = follows[i]
-                continue
-            is_kept, place = known.decide(int(at[last]), int(ends[last]))
             taken[last + is_kept] -= 1
-            row = int(np.searchsorted(at, place))
+            if last + is_kept > row:
+                found.reach(int(at[row]), int(ends[last] if is_kept else at[last]))
+            row = next_row
         is_taken = np.cumsum(taken[:-1], dtype=np.int8) > 0
-        yield at[is_taken], types[is_taken]
+        found.add(at[is_taken], types[is_taken])
 
 
-def _compiled_runs(
-    run: Callable[..., tuple[int, int]], known: _Known
-) -> Iterator[tuple[Offsets, Bytes]]:
-    """Yield records, run by run."""
+def _compiled_walk(run: Callable[..., tuple[int, int]], known: _Known, found: _Collection) -> None:
+    """Find the records, run by run."""
     data = known.data
     # where the lengths change, or a header is none: a run ends there at the latest
     changes = [one.since for versions in known.again.values() for one in versions[1:]]
@@ -363,11 +377,15 @@ def _compiled_runs(
             since = bisect_right([one.since for one in versions], place) - 1
             lengths[number] = versions[since].length
         limit = limits[bisect_right(limits, place)]
+        first = place
         count, stop = run(data, place, limit, lengths, starts[filled:], types[filled:])
-        is_kept, place = known.decide(int(starts[filled + count - 1]), stop)
+        last = int(starts[filled + count - 1])
+        is_kept, place = known.decide(last, stop)
+        if is_kept or count > 1:
+            found.reach(first, stop if is_kept else last)
         filled += count if is_kept else count - 1
         if filled == _ROWS:
-            yield starts, types
+            found.add(starts, types)
             starts, types = np.empty_like(starts), np.empty_like(types)
             filled = 0
-    yield starts[:filled], types[:filled]
+    found.add(starts[:filled], types[:filled])
