@@ -1,6 +1,7 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      everything that has to be green: style, types, import rules, tests, notebook
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
+# make soak      200,000 mutated logs through all readers (hours); COUNT=2000 tries fewer
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
 
@@ -13,7 +14,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test lint conformance bench figures clean
+.PHONY: analyze test lint conformance soak bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -31,6 +32,11 @@ lint: $(VENV)/.installed-test
 
 conformance: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.conformance
+
+COUNT ?= 200000
+
+soak: $(VENV)/.installed-test
+	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $(COUNT)
 
 bench figures: $(VENV)/.installed-test
 	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done

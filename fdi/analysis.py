@@ -16,7 +16,7 @@ from fdi.model.choose import choose_model
 from fdi.report import write_report
 from fdi.residuals.cache import cached_bank
 from fdi.result import Analysis
-from fdi.telemetry import Log, read
+from fdi.telemetry import Log, join, read
 
 Progress = Callable[[str, float], None]
 
@@ -38,7 +38,7 @@ class _Watch:
 
 
 def analyze(
-    path: str | Path,
+    path: str | Path | Sequence[str | Path],
     *,
     model: str | Path = "auto",
     policy: str | Path = "default",
@@ -52,8 +52,9 @@ def analyze(
 
     Parameters
     ----------
-    path : str or Path
-        The log.
+    path : str or Path, or several
+        The log; of several logs of one flight, by several recorders, the better channel of each is
+        used, on the clock of the first.
     model : str or Path
         A shipped model, a file, or ``auto``: by the type of the vehicle.
     policy : str or Path
@@ -78,7 +79,8 @@ def analyze(
     with watch.stage("load", 0.0):
         recipe = load_policy(policy).resample(window=window, rate_hz=rate)
     with watch.stage("read", 0.05):
-        log = read(path, system=system)
+        paths = [path] if isinstance(path, (str, Path)) else path
+        log = join([read(one, system=system) for one in paths])
     with watch.stage("observe", 0.3):
         airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
         observed = airframe.observe(log)

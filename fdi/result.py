@@ -190,7 +190,21 @@ def log_facts(log: Log) -> dict[str, Any]:
         "vehicle": log.vehicle,
         "autopilot": log.autopilot,
         "firmware": log.firmware,
-        "files": [log.name],
+        "files": list(log.files),
+        "recordings": [
+            {
+                "name": one.name,
+                "format": one.format,
+                "bytes": one.bytes,
+                "sha256": one.sha256,
+                "offset_s": number(one.offset),
+                "uncertainty_s": number(one.uncertainty),
+                "placed_by": one.placed_by,
+                "messages": list(one.messages),
+                "added": {key: list(fields) for key, fields in one.added.items()},
+            }
+            for one in log.recordings
+        ],
         "system_id": log.system_id,
         "start_utc": log.clock.utc(0.0),
         "boot_offset_s": number(log.clock.boot(0.0)),

@@ -4,7 +4,8 @@ Given the words a person typed; sought the call they mean, such that every mista
 line with the right exit code. Words -> exit code.
 
 - ``main.py``: the entry ``fdi``, and what an exception means to the shell
-- ``analyze.py``, ``info.py``, ``structure.py``: one command each
+- ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``: one command each
+- ``completion.py``: what a shell offers while a word is typed
 - ``output.py``: standard output and error, progress
 """
 

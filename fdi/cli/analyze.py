@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import rich_click as click
 
+from fdi.cli.completion import FILE, model_names, policy_names
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -50,9 +51,21 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
 
 
 @click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
-@click.argument("logs", metavar="LOG", nargs=-1, required=True)
-@click.option("--model", default="auto", metavar="NAME|FILE|auto", help="Airframe model.")
-@click.option("--policy", default="default", metavar="default|paper|FILE", help="The recipe.")
+@click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--model",
+    default="auto",
+    metavar="NAME|FILE|auto",
+    shell_complete=model_names,
+    help="Airframe model.",
+)
+@click.option(
+    "--policy",
+    default="default",
+    metavar="default|paper|FILE",
+    shell_complete=policy_names,
+    help="The recipe.",
+)
 @click.option(
     "--window",
     metavar="A:B",
@@ -96,12 +109,10 @@ def analyze(
 ) -> int:
     """Find out which component failed first in the flight that LOG recorded.
 
+    Several LOGs are one flight seen by several recorders: the better channel of each is used.
+
     Writes a folder with report.html, analysis.json, tables and figures, and prints the verdict.
     """
-    if len(logs) > 1:
-        raise UsageError(
-            f"{len(logs)} logs are given, this version analyses one", hint="call it once for each"
-        )
     if quiet and verbose:
         raise UsageError("--quiet and --verbose exclude each other")
     if as_json and formats is not None and out is None:
@@ -118,7 +129,7 @@ def analyze(
         from fdi.analysis import analyze as run
 
         found = run(
-            logs[0],
+            logs,
             model=model,
             policy=policy,
             window=window,

@@ -6,12 +6,19 @@ import os
 
 import rich_click as click
 
+from fdi.cli.completion import FILE, policy_names
 from fdi.cli.output import answer, progress_bar
 
 
 @click.command(epilog="Example: fdi evaluate flights/labels.json --workers 2")
-@click.argument("labels", metavar="LABELS.json")
-@click.option("--policy", default="default", metavar="default|paper|FILE", help="The recipe.")
+@click.argument("labels", metavar="LABELS.json", type=FILE)
+@click.option(
+    "--policy",
+    default="default",
+    metavar="default|paper|FILE",
+    shell_complete=policy_names,
+    help="The recipe.",
+)
 @click.option("--only", metavar="PATTERN", multiple=True, help="Only flights like 'sitl/copter/*'.")
 @click.option("--workers", type=int, metavar="N", help="Local processes; by default one per core.")
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")

@@ -22,6 +22,7 @@ import rich_click as click
 
 from fdi import __version__
 from fdi.cli.analyze import analyze
+from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
 from fdi.cli.info import info
 from fdi.cli.output import complain, prepare_streams
@@ -49,7 +50,7 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, structure, evaluate):
+for _command in (analyze, info, convert, structure, evaluate):
     fdi.add_command(_command)
 
 

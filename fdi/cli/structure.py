@@ -7,6 +7,7 @@ from typing import Final
 
 import rich_click as click
 
+from fdi.cli.completion import FILE, model_names
 from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
@@ -14,8 +15,10 @@ PICTURES: Final = ("png", "svg", "pdf")
 
 
 @click.command(epilog="Example: fdi structure fixed_wing --log flight.tlog --figure matrix.svg")
-@click.argument("model", metavar="MODEL")
-@click.option("--log", metavar="LOG", help="Only the channels in this log count as present.")
+@click.argument("model", metavar="MODEL", shell_complete=model_names)
+@click.option(
+    "--log", metavar="LOG", type=FILE, help="Only the channels in this log count as present."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 @click.option(
     "--figure",

@@ -11,7 +11,7 @@ The trap for a maintainer: inside a measurement equation the channel's value is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import isclose, nan
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -240,6 +240,7 @@ def _usable(
     shown = {m.variable for m in present}
     unwatched = {m.variable for m in airframe.measurements if m.stillness} - shown
     lost = {m.variable for m in airframe.measurements if m.trusted} - shown - unwatched
+    lost = _not_computed(lost, airframe.equations)
     kept = [e for e in airframe.equations if not unwatched & set(symbols(e.left))]
     curtailed: set[str] = set()
     for name in sorted(lost):
@@ -259,6 +260,16 @@ def _usable(
             if equation.component and (heard or not channels <= own):
                 curtailed.add(equation.component)
     return kept, frozenset(curtailed)
+
+
+def _not_computed(lost: set[str], equations: Iterable[Equation]) -> set[str]:
+    """Return the inputs that no equation gives which can only be solved for them."""
+    for equation in equations:
+        names = {*symbols(equation.left), *symbols(equation.right)}
+        given = equation.solves or frozenset()
+        if len(given) == 1 and given <= lost and not lost & (names - given):
+            lost = lost - given
+    return lost
 
 
 def _first_inputs(present: list[Measurement]) -> list[Measurement]:
@@ -286,7 +297,8 @@ def _is_present(
     asked = _fields(measurement, airframe.parameters)
     missing = [name for name in asked if name not in message.fields]
     if missing:
-        warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
+        if message.made_from is None:  # otherwise the log has no such message at all
+            warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
     if measurement.value is not None or measurement.raw:
         return True
@@ -301,7 +313,7 @@ def _is_present(
             f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
             where=str(channel),
         )
-    return channel in log.channels
+    return message.has_known(channel.field)
 
 
 def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:

@@ -45,7 +45,7 @@ def world_value(name: str, log: Log) -> float | None:
 def _place(log: Log) -> tuple[float, float] | None:
     """Return latitude and longitude, deg, medians over the flight."""
     for message in POSITIONS:
-        if message not in log:
+        if message not in log or not {"lat", "lon"} <= set(log[message].fields):
             continue
         lat, lon = log[message].si("lat"), log[message].si("lon")
         known = np.isfinite(lat) & np.isfinite(lon) & ((lat != 0) | (lon != 0))

@@ -11,9 +11,11 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``style.py``: what all figures have in common
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
 - ``log_document.py``, ``model_document.py``: what ``fdi info`` and ``fdi structure`` give as JSON
+- ``convert.py``: a log as Parquet files for other programs
 - ``words.py``: times, numbers and foreign text as a person reads them
 """
 
+from fdi.report.convert import convert
 from fdi.report.files import FORMATS
 from fdi.report.folder import check_folder, write_file, write_report
 from fdi.report.json_text import json_text
@@ -26,6 +28,7 @@ from fdi.report.text import print_summary, summary
 __all__ = [
     "FORMATS",
     "check_folder",
+    "convert",
     "json_text",
     "log_document",
     "log_summary",

@@ -1,8 +1,8 @@
-"""How does a report reach the disk, whole or not at all?
+"""How does a folder of ours reach the disk, whole or not at all?
 
 In: an analysis and a folder's path. Out: the folder. All files are written into a hidden folder
-beside the target, which then takes its name. A folder of ours is replaced; what else a person has
-put into it stays there. A symbolic link is never followed.
+beside the target, which then takes its name. A folder of ours, which shows by its document, is
+replaced; what else a person has put into it stays there. A symbolic link is never followed.
 
 The trap for a maintainer: a swap is two renames, so an interrupt may fall between them; then the
 old folder gets its name back.
@@ -15,7 +15,7 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -24,6 +24,7 @@ from fdi.errors import OutputError
 from fdi.report.files import NAMES, chosen, contents
 from fdi.result import Analysis
 
+DOCUMENT: Final = "analysis.json"
 MARKER: Final = ".fdi-report"
 """Tells a folder of ours that holds no ``analysis.json``."""
 _OURS: Final = re.compile(rb'"tool"\s*:\s*\{\s*"name"\s*:\s*"uav-fdi"')
@@ -52,20 +53,54 @@ def write_report(
         A format is not known.
     """
     wanted = chosen(formats)
-    target = check_folder(out, force=force)
-    with _told(out):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with _beside(target) as fresh:
-            for name, content in contents(analysis, wanted):
-                (fresh / name).write_bytes(content)
-            if "json" not in wanted:
-                (fresh / MARKER).write_bytes(b"uav-fdi\n")
-            _take_place(fresh, target)
+    with fresh_folder(out, document=DOCUMENT, own=_of_reports, force=force) as fresh:
+        for name, content in contents(analysis, wanted):
+            (fresh / name).write_bytes(content)
+        if "json" not in wanted:
+            (fresh / MARKER).write_bytes(b"uav-fdi\n")
     return out
 
 
-def check_folder(out: Path, *, force: bool = False) -> Path:
-    """Return where a report would be written, if it may be.
+@contextmanager
+def fresh_folder(
+    out: Path, *, document: str, own: Callable[[Path], Collection[str]], force: bool
+) -> Iterator[Path]:
+    """Give an empty folder, which takes the place of another when the block ends well.
+
+    Parameters
+    ----------
+    out : Path
+        The place.
+    document : str
+        Name of the JSON file by which a folder of this kind shows that it is ours.
+    own : callable
+        Returns the names of the files in an old folder of ours that we wrote; others stay.
+    force : bool
+        Take the place of a folder that is not ours.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written, or is not ours.
+    """
+    target = check_folder(out, document=document, force=force)
+    with _told(out):
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with _beside(target) as fresh:
+            yield fresh
+            _take_place(fresh, target, own)
+
+
+def check_folder(out: Path, *, document: str = DOCUMENT, force: bool = False) -> Path:
+    """Return where a folder would be written, if it may be.
+
+    Parameters
+    ----------
+    out : Path
+    document : str
+        Name of the JSON file by which a folder of this kind shows that it is ours.
+    force : bool
+        Whether a folder that is not ours may be replaced.
 
     Raises
     ------
@@ -84,7 +119,7 @@ def check_folder(out: Path, *, force: bool = False) -> Path:
             raise OutputError(
                 "holds the working directory", where=str(out), hint="name a folder inside it"
             )
-        if not force and any(target.iterdir()) and not is_ours(target):
+        if not force and any(target.iterdir()) and not is_ours(target, document):
             raise OutputError(
                 "exists and was not written by fdi",
                 where=str(out),
@@ -93,14 +128,14 @@ def check_folder(out: Path, *, force: bool = False) -> Path:
     return target
 
 
-def is_ours(folder: Path) -> bool:
-    """Return whether a folder holds a report of ours."""
-    if (folder / MARKER).is_file():
+def is_ours(folder: Path, document: str = DOCUMENT) -> bool:
+    """Return whether a folder was written by us, by its document (a report also by its marker)."""
+    if document == DOCUMENT and (folder / MARKER).is_file():
         return True
-    document = folder / "analysis.json"
-    if document.is_symlink() or not document.is_file():
+    path = folder / document
+    if path.is_symlink() or not path.is_file():
         return False
-    with document.open("rb") as file:
+    with path.open("rb") as file:
         return bool(_OURS.search(file.read(_HEAD)))
 
 
@@ -147,22 +182,28 @@ def _beside(target: Path) -> Iterator[Path]:
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-def _take_place(fresh: Path, target: Path) -> None:
+def _take_place(fresh: Path, target: Path, own: Callable[[Path], Collection[str]]) -> None:
     if not target.exists():
         fresh.rename(target)
         return
     old = target.with_name(f".{target.name}.{secrets.token_hex(4)}.old")
+    written = own(target)
     target.rename(old)
     try:
         fresh.rename(target)
     except BaseException:
         old.rename(target)
         raise
-    _bring_along(old, target, lambda name: name not in NAMES and name != MARKER)
+    _bring_along(old, target, written)
     shutil.rmtree(old, ignore_errors=True)
 
 
-def _bring_along(old: Path, target: Path, is_foreign: Callable[[str], bool]) -> None:
+def _of_reports(folder: Path) -> Collection[str]:
+    return NAMES | {MARKER}
+
+
+def _bring_along(old: Path, target: Path, written: Collection[str]) -> None:
+    """Move what we did not write into the new folder, but for what we write there now."""
     for entry in sorted(old.iterdir()):
-        if is_foreign(entry.name):
+        if entry.name not in written and not (target / entry.name).exists():
             entry.rename(target / entry.name)

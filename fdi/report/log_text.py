@@ -50,8 +50,9 @@ def _head(log: Log) -> Iterator[RenderableType]:
     start = log.clock.utc(0.0)
     clock = UTC_SOURCES.get(log.clock.utc_source, "unknown")
     changes = len(log.parameter_changes)
+    formats = " + ".join(FORMATS[one.format] for one in log.recordings) or FORMATS[log.format]
     rows = [
-        ("file", f"{FORMATS[log.format]}, {size(log.bytes)}, sha256 {log.sha256[:16]}…"),
+        ("file", f"{formats}, {size(log.bytes)}, sha256 {log.sha256[:16]}…"),
         ("vehicle", ", ".join(item for item in known if item)),
         (
             "start",
@@ -129,6 +130,8 @@ def _event_table(events: Sequence[Told]) -> Table:
 
 
 def _messages(log: Log) -> Iterator[RenderableType]:
+    from rich.padding import Padding
+
     own = [message for message in log.messages.values() if message.made_from is None]
     yield heading(plural(len(own), "message"))
     made = table("message", "records", "Hz", "fields", "from s", "to s")
@@ -149,7 +152,7 @@ def _messages(log: Log) -> Iterator[RenderableType]:
     again = [message for message in log.messages.values() if message.made_from is not None]
     if again:
         yield heading("The same in MAVLink's words, from which message; models use these names")
-        yield _pairs([("", ", ".join(f"{m.key} ({m.made_from})" for m in again))])
+        yield Padding(text(", ".join(f"{m.key} ({m.made_from})" for m in again)), (0, 0, 0, 2))
 
 
 def _alike(instances: list[Message]) -> Iterator[list[Message]]:

@@ -99,7 +99,8 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
 
 def _head(analysis: Analysis) -> Iterator[RenderableType]:
     log = analysis.log
-    about = [log.format, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
+    formats = " + ".join(one.format for one in log.recordings) or log.format
+    about = [formats, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
     flights = plural(len(log.flights), "flight")
     yield text(log.name, "bold")
     yield text(f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flights}")

@@ -12,10 +12,14 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``decomposition.py``: over-, just- and underdetermined part, graph components
 - ``equivalence.py``: equations that leave the overdetermined part together
 - ``testsets.py``: MSO sets, MTES and a bound on their number
+- ``search.py``: what searches a graph component for them: Python or compiled code
 - ``dual.py``: the vectors in which removing an equation is a projection
-- ``flats.py``: the search over these vectors
+- ``flats.py``: the search over these vectors, in Python
+- ``compiled.py``: the same search, compiled (extra ``fast``)
 - ``field.py``: packed arithmetic modulo 2^61 - 1
-- ``causality.py``: what can be computed by integrating, by differentiating; index, observability
+- ``causality.py``: what remains testable by integrating alone, by differentiating alone
+- ``losses.py``: what remains of that when an equation leaves
+- ``index.py``: how a set uses its differential constraints; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
 - ``placement.py``: minimal sets of added sensors
 """

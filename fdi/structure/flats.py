@@ -27,7 +27,7 @@ class Space:
     Parameters
     ----------
     vectors : tuple of int
-        Generic basis, packed; not empty.
+        Generic basis, packed; three or more.
     sets : tuple of int
         For each of the m cells its equations, as a bit set.
     chosen : int
@@ -39,8 +39,9 @@ class Space:
 
     Examples
     --------
-    >>> Space((1 + (1 << 128),), (0b1, 0b10), ones(2)).sets
-    (1, 2)
+    >>> from fdi.structure.dual import null_space
+    >>> Space(tuple(null_space(((0,),) * 4)), (1, 2, 4, 8), ones(4)).sets
+    (1, 2, 4, 8)
     """
 
     vectors: tuple[int, ...]
@@ -58,7 +59,7 @@ class _Node:
 
 @dataclass(frozen=True, slots=True)
 class _Points:
-    """Are the cells as points of a plane or line, proportional cells merged into one point."""
+    """Are the cells as points of a plane, proportional cells merged into one point."""
 
     x: list[int]
     y: list[int]  # different for different points
@@ -79,7 +80,7 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
     ------
     list of int
         Sets of equations as bit sets; each occurs once over all lists, in an order that depends
-        on the input alone.
+        on the input alone. A list may be empty.
 
     References
     ----------
@@ -89,9 +90,9 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
     Examples
     --------
     >>> from fdi.structure.dual import null_space
-    >>> space = Space(tuple(null_space(((0,), (0,), (0,)))), (1, 2, 4), ones(3))
-    >>> sorted(s for sets in minimal_sets(space) for s in sets)
-    [3, 5, 6]
+    >>> space = Space(tuple(null_space(((0,),) * 4)), (1, 2, 4, 8), ones(4))
+    >>> [s for sets in minimal_sets(space) for s in sets]
+    [12, 10, 6, 9, 5, 3]
     """
     ones_mask = ones(len(space.sets))
     alive = nonzero(space.vectors[0], ones_mask)
@@ -103,10 +104,8 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
             branches.pop()
         elif len(node.vectors) > 3:
             branches.append(_children(node, ones_mask))
-        elif len(node.vectors) == 3:
-            yield from _without_line(node, space.sets)
         else:
-            yield _without_point(node, space.sets)
+            yield from _without_line(node, space.sets)
 
 
 def _children(node: _Node, ones_mask: int) -> Iterator[_Node]:
@@ -124,18 +123,10 @@ def _children(node: _Node, ones_mask: int) -> Iterator[_Node]:
         forbidden |= tried
 
 
-def _without_point(node: _Node, sets: tuple[int, ...]) -> list[int]:
-    """Return the minimal sets at redundancy 2, all but one point, or the one at redundancy 1."""
-    points = _points(node, sets)
-    everything = sum(points.sets)
-    if len(node.vectors) == 1:
-        return [everything]
-    return [everything ^ points.sets[i] for i in points.chosen]
-
-
 def _without_line(node: _Node, sets: tuple[int, ...]) -> Iterator[list[int]]:
     """Yield the minimal sets at redundancy 3: all but the points of one line."""
     if node.allowed.bit_count() < 2:
+        yield []  # gives the caller a chance to stop
         return
     points = _points(node, sets)
     everything = sum(points.sets)

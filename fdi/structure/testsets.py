@@ -3,7 +3,7 @@
 In: a model. Out: iterators over bit sets of equations (bit i is equation i), in an order that
 depends on the model alone, one graph component after the other. The steps: equivalence classes
 (``equivalence.py``) are lumped to one row each, the lumped graph is split into its connected parts,
-each part becomes a space of vectors (``dual.py``), and that is searched (``flats.py``).
+and each part is searched (``search.py``).
 
 An MSO set is an overdetermined set without a smaller one inside. An MTES is a smallest set of
 equations with faults that holds all that can be said about these faults: equations without faults
@@ -17,14 +17,14 @@ from math import comb
 
 from fdi.errors import UsageError
 from fdi.structure.decomposition import connected, graph_components, overdetermined
-from fdi.structure.dual import null_space
 from fdi.structure.equivalence import equivalent
-from fdi.structure.field import WIDTH, ones
-from fdi.structure.flats import Space, minimal_sets
 from fdi.structure.incidence import Model, bitset
+from fdi.structure.search import search
 
 
-def mso_sets(model: Model, *, limit: int | None = None) -> Iterator[int]:
+def mso_sets(
+    model: Model, *, limit: int | None = None, compiled: bool | None = None
+) -> Iterator[int]:
     """Return all minimal structurally overdetermined sets.
 
     Parameters
@@ -32,6 +32,9 @@ def mso_sets(model: Model, *, limit: int | None = None) -> Iterator[int]:
     model : Model
     limit : int, optional
         The most sets that are wanted.
+    compiled : bool, optional
+        Whether compiled code searches (extra ``fast``); by default when it pays, see
+        ``search.py``. The result is the same.
 
     Returns
     -------
@@ -41,7 +44,8 @@ def mso_sets(model: Model, *, limit: int | None = None) -> Iterator[int]:
     Raises
     ------
     UsageError
-        While iterating, when there are more than ``limit`` sets.
+        While iterating, when there are more than ``limit`` sets, or compiled code is asked for
+        and not there.
 
     Notes
     -----
@@ -57,11 +61,15 @@ def mso_sets(model: Model, *, limit: int | None = None) -> Iterator[int]:
     >>> [bin(found) for found in mso_sets(model)]
     ['0b1100', '0b1011', '0b111']
     """
-    return _limited(_mso_batches(model), limit, "MSO sets")
+    return _limited(_mso_batches(model, compiled), limit, "MSO sets")
 
 
 def mtes_sets(
-    model: Model, *, limit: int | None = None, by_component: bool = False
+    model: Model,
+    *,
+    limit: int | None = None,
+    by_component: bool = False,
+    compiled: bool | None = None,
 ) -> Iterator[int]:
     """Return all minimal test equation supports.
 
@@ -76,6 +84,8 @@ def mtes_sets(
         By definition a set takes in every fault-free overdetermined equation of the model, even
         those that share no unknown with it. If true, each graph component is taken as a model of
         its own, as Zogopoulos-Papaliakos et al. 2018 do.
+    compiled : bool, optional
+        As for :func:`mso_sets`.
 
     Returns
     -------
@@ -85,7 +95,8 @@ def mtes_sets(
     Raises
     ------
     UsageError
-        While iterating, when there are more than ``limit`` sets.
+        While iterating, when there are more than ``limit`` sets, or compiled code is asked for
+        and not there.
 
     References
     ----------
@@ -102,7 +113,7 @@ def mtes_sets(
         groups: Iterable[Sequence[int]] = (range(len(model.equations)),)
     else:
         groups = (part.equations for part in graph_components(model))
-    batches = (batch for group in groups for batch in _mtes_batches(model, group, faulty))
+    batches = (batch for group in groups for batch in _mtes_batches(model, group, faulty, compiled))
     return _limited(batches, limit, "MTES")
 
 
@@ -152,13 +163,16 @@ def _limited(batches: Iterable[list[int]], limit: int | None, what: str) -> Iter
         yield from batch
 
 
-def _mso_batches(model: Model) -> Iterator[list[int]]:
+def _mso_batches(model: Model, compiled: bool | None) -> Iterator[list[int]]:
     sets, rows = _lumped(model, range(len(model.rows)))
     for group in connected(rows):
-        yield from _search([sets[k] for k in group], [rows[k] for k in group], ones(len(group)))
+        some = [sets[k] for k in group]
+        yield from search([rows[k] for k in group], some, [True] * len(group), compiled)
 
 
-def _mtes_batches(model: Model, equations: Sequence[int], faulty: int) -> Iterator[list[int]]:
+def _mtes_batches(
+    model: Model, equations: Sequence[int], faulty: int, compiled: bool | None
+) -> Iterator[list[int]]:
     sets, rows = _lumped(model, equations)
     fault_free = [k for k, members in enumerate(sets) if not members & faulty]
     known = [fault_free[i] for i in overdetermined([rows[k] for k in fault_free])]
@@ -168,16 +182,10 @@ def _mtes_batches(model: Model, equations: Sequence[int], faulty: int) -> Iterat
     rows = [[u for u in rows[k] if u not in determined] for k in left]
     sets = [sets[k] for k in left]
     for group in connected(rows):
-        chosen = sum(1 << WIDTH * i for i, k in enumerate(group) if sets[k] & faulty)
-        for batch in _search([sets[k] for k in group], [rows[k] for k in group], chosen):
+        some = [sets[k] for k in group]
+        may_go = [bool(members & faulty) for members in some]
+        for batch in search([rows[k] for k in group], some, may_go, compiled):
             yield [found | always for found in batch] if always else batch
-
-
-def _search(sets: list[int], rows: list[list[int]], chosen: int) -> Iterator[list[int]]:
-    redundancy = len(rows) - len({unknown for row in rows for unknown in row})
-    if redundancy == 1:
-        return iter(([sum(sets)],))
-    return minimal_sets(Space(tuple(null_space(rows)), tuple(sets), chosen))
 
 
 def _lumped(model: Model, equations: Sequence[int]) -> tuple[list[int], list[list[int]]]:

@@ -14,6 +14,7 @@ channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 flights.py    take-off, landing, impact from the data
+together/     `join`: several logs of one flight as one
 signals.py    `Request`, `Sampling`, `Signals`: resampling
 quality.py    `QualityRecord`: what was lost or repaired
 catalogue.py  units, sentinels, modes: the tables in data/
@@ -28,6 +29,7 @@ from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.reading import read
 from fdi.telemetry.signals import Request, Sampling, Signals
+from fdi.telemetry.together import join
 
 __all__ = [
     "Channel",
@@ -41,5 +43,6 @@ __all__ = [
     "Request",
     "Sampling",
     "Signals",
+    "join",
     "read",
 ]

@@ -14,8 +14,12 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.telemetry.dialect import MessageDefinition, definition, definition_by_name
 
-_NAMED: Final = re.compile(r"([A-Za-z]\w*)(?:\[(\d{1,3})\])?\.([A-Za-z_]\w*(?:\[\d{1,3}\])?)", re.A)
-_NUMBERED: Final = re.compile(r"(\d{1,8})(?:\[(\d{1,3})\])?/([A-Za-z_]\w*(?:\[\d{1,3}\])?)", re.A)
+_PART: Final = r"[A-Za-z_]\w*(?:\[\d{1,5}\])?"
+_FIELD: Final = rf"{_PART}(?:\.{_PART})*"  # ULog nests: esc[0].esc_rpm
+_INSTANCE: Final = r"(?:\[(-?\d{1,10})\])?"
+_NAMED: Final = re.compile(rf"([A-Za-z0-9]\w*(?:#\d+)?){_INSTANCE}\.({_FIELD})", re.A)
+_NUMBERED: Final = re.compile(rf"(\d{{1,8}}){_INSTANCE}/({_PART})", re.A)
+_DATAFLASH_NAME: Final = 4  # characters at most
 _HINT: Final = "write MESSAGE.field, MESSAGE[1].field or number/field, e.g. VFR_HUD.airspeed"
 
 
@@ -55,7 +59,9 @@ class Channel:
         """Return the channel that a text names.
 
         The field is resolved to the dialect's spelling, whatever its case. A message that the
-        dialect does not know (of another log format) is taken as it is written.
+        dialect does not know (of another log format) is taken as it is written. A name in small
+        letters is a ULog's topic: some are called like MAVLink's messages (``battery_status``),
+        and have other fields.
 
         Raises
         ------
@@ -73,16 +79,20 @@ class Channel:
             if known is None:
                 raise UsageError(f"{text!r}: no MAVLink message has the number {message}")
         else:
-            known = definition_by_name(message) or definition_by_name(message.upper())
-            if known is None:
+            known = definition_by_name(message if message.islower() else message.upper())
+            if known is None or (len(message) <= _DATAFLASH_NAME and not _has(known, field)):
                 return cls(message, field, instance)
         return cls(known.name, _spelling(known, field, text), instance)
+
+
+def _has(message: MessageDefinition, field: str) -> bool:
+    return field.partition("[")[0].lower() in (f.name.lower() for f in message.fields)
 
 
 def _spelling(message: MessageDefinition, field: str, text: str) -> str:
     base, bracket, index = field.partition("[")
     names = {f.name.lower(): f for f in message.fields}
-    found = names.get(base.lower())
+    found = None if "." in field else names.get(base.lower())
     if found is None:
         near = get_close_matches(base.lower(), names, n=1)
         hint = f"did you mean {names[near[0]].name}?" if near else f"it has {', '.join(names)}"

@@ -36,6 +36,8 @@ HARD_SPEED: Final = 2.0
 BLOW: Final = 4.0 * G0
 # m/s^2 of vertical acceleration: the same bound without gravity, 3 g
 STOP: Final = 2.0 * G0
+# m/s^2: 20 g, no airframe flies through that, whatever the upset estimate says afterwards
+CRUSH: Final = 20.0 * G0
 # m/s^2 upwards with idle rotors: only the ground does that
 IDLE_STOP: Final = 0.5 * G0
 # m/s^2: a stop must be felt, since an estimator's reset changes the climb rate alone
@@ -73,6 +75,8 @@ _CLIMBS: Final = (
 )
 _SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
 _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
+_LANDED_STATES: Final = (("EXTENDED_SYS_STATE", "landed_state", 1.0),)
+_IN_AIR: Final = 1.5  # between 1, on the ground, and 2, in the air
 _ACCELEROMETERS: Final = ("RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "HIGHRES_IMU")
 
 
@@ -85,6 +89,7 @@ class _Motion:
     climb: Floats
     speed: Floats
     throttle: Floats
+    landed_state: Floats  # as the autopilot believes
     force: Floats  # the largest specific force within half a record, m/s^2
 
     def between(self, low: float, high: float) -> _Motion:
@@ -176,9 +181,11 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
 
     climb = at_height(_CLIMBS)
     if t.size > 2 and not np.isfinite(climb).any():
-        climb = np.gradient(height, t)
+        with np.errstate(over="ignore", invalid="ignore"):  # damaged heights may be of any size
+            climb = np.gradient(height, t)
     force = _largest_force(messages, t)
-    return _Motion(t, height, climb, at_height(_SPEEDS), at_height(_THROTTLES), force)
+    speed, throttle, state = map(at_height, (_SPEEDS, _THROTTLES, _LANDED_STATES))
+    return _Motion(t, height, climb, speed, throttle, state, force)
 
 
 def _first(
@@ -206,7 +213,8 @@ def _largest_force(messages: Mapping[str, Message], t: Floats) -> Floats:
         if message is None or message.unit("xacc") != "m/s^2" or not len(message):
             continue
         axes = [message.si(axis) for axis in ("xacc", "yacc", "zacc")]
-        size = np.sqrt(sum(axis**2 for axis in axes))
+        with np.errstate(over="ignore"):
+            size = np.sqrt(sum(axis**2 for axis in axes))
         place = np.searchsorted(edges, message.t)
         np.fmax.at(force, place, size)
     return force
@@ -254,6 +262,10 @@ def _take_off(motion: _Motion, *, from_ground: bool) -> tuple[int, float] | None
     # the barometer drifts while the vehicle waits: the place of rest follows the lowest height
     lowest = np.minimum.accumulate(height)
     high = np.flatnonzero(height > lowest + LIFT_M)
+    if not high.size:  # in a room: the autopilot's word, where the height bears it out
+        with np.errstate(invalid="ignore"):
+            said = motion.landed_state > _IN_AIR
+        high = np.flatnonzero(said & (height > lowest + LIFT_FLOOR_M))
     if not high.size:
         return None
     rests = motion.climb[: high[0]] <= REST_CLIMB
@@ -286,7 +298,9 @@ def _impact(
         last = _last_undisturbed(motion, row)
         speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
         is_hard = speed > HARD_SPEED and climb[last] < 0
-        if is_hard and _stays_down(motion, row, float(motion.height[last]), ground, highest_later):
+        is_over = felt and np.nanmax(force[near], initial=0.0) > CRUSH
+        height = float(motion.height[last])
+        if is_hard and (is_over or _stays_down(motion, row, height, ground, highest_later)):
             return last, float(-climb[last] if -climb[last] > HARD_SPEED else speed)
     return None
 
@@ -341,7 +355,8 @@ def _rest_at_end(motion: _Motion, in_air: int, *, disarmed: bool, has_wings: boo
     with np.errstate(invalid="ignore"):
         moves = (np.abs(motion.climb) > REST_CLIMB) | (np.abs(height - height[-1]) > LIFT_M)
         if not has_wings:  # rotors that idle do not fly, whatever a poor estimate of height says
-            moves &= ~(motion.throttle < IDLE_THROTTLE)
+            is_idle = motion.throttle < IDLE_THROTTLE
+            moves = (moves | (motion.landed_state > _IN_AIR)) & ~is_idle
     last = np.flatnonzero(moves)
     row = int(last[-1]) + 1 if last.size else in_air
     if row >= n:

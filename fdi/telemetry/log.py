@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
 from fdi.telemetry.channel import Channel
@@ -21,6 +23,8 @@ from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.signals import Request, Sampling, Signals, resample
+
+_BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
 
 
 class ChannelData(NamedTuple):
@@ -53,17 +57,49 @@ class Source:
     chosen: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One of the files of a log that several files make up.
+
+    Attributes
+    ----------
+    name, format : str
+    bytes : int
+    sha256 : str
+    offset : float
+        s, what was added to the file's own times.
+    uncertainty : float
+        s, 95 %.
+    placed_by : str
+        What tells the offset: ``first`` (its clock is the log's), ``boot``, ``signals``.
+    messages : tuple of str
+        Keys of the messages that are its.
+    added : Mapping[str, tuple of str]
+        Messages of another file to which it adds records, or these fields.
+    """
+
+    name: str
+    format: str
+    bytes: int
+    sha256: str
+    offset: float
+    uncertainty: float
+    placed_by: str
+    messages: tuple[str, ...]
+    added: Mapping[str, tuple[str, ...]]
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Log:
-    """A log, read.
+    """A log, read. Of several files of one flight (`recordings`) name and format are the first's.
 
     Attributes
     ----------
     path : Path
     format : str
         ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``.
-    bytes : int
-    sha256 : str
+    data : (n,) uint8
+        The file's bytes; of several files the first one's.
     duration : float
         s, from the first to the last record of whatever source.
     span : (float, float)
@@ -80,12 +116,13 @@ class Log:
     system_id : int
     sources : tuple of Source
         All senders with their frame counts; the chosen one is marked.
+    recordings : tuple of Recording
+        The files where there are several, in the order given; empty for one.
     """
 
     path: Path
     format: str
-    bytes: int
-    sha256: str
+    data: NDArray[np.uint8]
     duration: float
     span: tuple[float, float]
     messages: Mapping[str, Message]
@@ -100,12 +137,39 @@ class Log:
     firmware: str | None
     system_id: int
     sources: tuple[Source, ...]
+    recordings: tuple[Recording, ...] = ()
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
-        """The file's name without its folder."""
-        return self.path.name
+        """The file's name without its folder; of several files all names."""
+        return " + ".join(self.files)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files, without their folders."""
+        return tuple(one.name for one in self.recordings) or (self.path.name,)
+
+    @property
+    def bytes(self) -> int:
+        """How many bytes the file holds, or all files together."""
+        return sum(one.bytes for one in self.recordings) or int(self.data.size)
+
+    @property
+    def sha256(self) -> str:
+        """The SHA-256 of the file's bytes, hexadecimal; computed when it is asked for.
+
+        Of several files: that of their hexadecimal digests one after the other.
+        """
+        if self.recordings:
+            return sha256("".join(one.sha256 for one in self.recordings).encode()).hexdigest()
+        if "sha256" not in self._cache:
+            digest = sha256()
+            for low in range(0, self.data.size, _BLOCK):
+                digest.update(self.data[low : low + _BLOCK].data)
+            self._cache["sha256"] = digest.hexdigest()
+        found: str = self._cache["sha256"]
+        return found
 
     def __getitem__(self, key: str) -> Message:
         found = self.messages.get(key)

@@ -130,6 +130,16 @@ class Message:
             self._cache[key] = _read_only(self._convert(name))
         return self._cache[key]
 
+    def glance(self, name: str) -> Floats:
+        """Return what `si_of_records` returns; what is not at hand is decoded and not kept."""
+        column, key = self._column(name), f"{name} in SI"
+        if key in self._cache:
+            return self._cache[key]
+        if column.is_text:
+            return np.full(self.stamp.size, np.nan)
+        raw = self._cache.get(name)
+        return self._in_si(column, column.load() if raw is None else raw)
+
     def _convert(self, name: str) -> Floats:
         column = self._column(name)
         if column.is_text:
@@ -157,7 +167,7 @@ class Message:
         column = self._column(name)
         if column.is_text or not len(self):
             return False
-        return bool(np.isfinite(self._in_si(column, column.load())[self.kept]).any())
+        return bool(np.isfinite(self.glance(name)[self.kept]).any())
 
     def unit(self, name: str) -> str:
         """Return the SI unit of `si`, "" dimensionless; "us" for pulse widths."""
@@ -169,6 +179,10 @@ class Message:
         unit, scale, offset = old.conversion
         turned = replace(old, conversion=Conversion(unit, sign * scale, sign * offset))
         return replace(self, columns={**self.columns, name: turned}, _cache={})
+
+    def forget(self) -> None:
+        """Let go of the decoded columns; they are decoded anew when they are asked for again."""
+        self._cache.clear()
 
     def frame(self) -> pd.DataFrame:
         """Return all fields in SI as a pandas frame with index t (s); text as it is."""

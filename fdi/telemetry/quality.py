@@ -19,6 +19,7 @@ Kind = Literal[
     "duplicate",
     "invalid_values",
     "repaired",
+    "joined",
 ]
 
 
@@ -29,7 +30,7 @@ class QualityRecord:
     Attributes
     ----------
     kind : Kind
-        What happened.
+        What happened; ``joined``: what several logs of one flight were put together from.
     channel : str or None
         Whom it concerns: ``MESSAGE``, ``MESSAGE[1]`` or ``MESSAGE.field``; None for the whole log.
     start, end : float or None

@@ -54,7 +54,7 @@ def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
             raise LogError(
                 f"is {name}, which this version does not read",
                 where=str(where),
-                hint="give a .tlog or an ArduPilot .bin",
+                hint="give a .tlog, an ArduPilot .bin or a PX4 .ulg",
             )
     for is_it, read_it in FORMATS.values():
         if is_it(data):

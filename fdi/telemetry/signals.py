@@ -35,6 +35,8 @@ TIME: Final = "$t"
 """The record times among the columns that a request's ``value`` sees; no field is called so."""
 _RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded to
 _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
+_SAMPLES: Final = 500_000  # of a log's own extent: 14 h at 10 Hz, whatever there are of records
+_SAMPLES_PER_RECORD: Final = 10  # a longer one would be unknown nearly everywhere
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
 
 
@@ -164,7 +166,7 @@ def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Sig
     """
     records = {r.channel: _records(log, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
-    t = _grid(sampling.window or _extent(log), rate, own=sampling.window is None)
+    t = _grid(log, sampling.window, rate)
     columns, period = {}, {}
     for channel, record in records.items():
         values = _interpolate(record, t, sampling)
@@ -199,15 +201,21 @@ def _own_rate(records: Mapping[Channel, _Records]) -> float:
     return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
 
 
-def _grid(window: tuple[float, float], rate: float, *, own: bool) -> Floats:
-    low, high = window
+def _grid(log: Log, window: tuple[float, float] | None, rate: float) -> Floats:
+    low, high = _extent(log) if window is None else window
     if not (np.isfinite([low, high, rate]).all() and low <= high and rate > 0):
         raise UsageError(f"a window from {low} to {high} s at {rate} Hz makes no grid")
     count = int((high - low) * rate * (1 + _TIE) + _TIE) + 1
-    if count > _MOST_SAMPLES:
-        # Without a window of the user's the extent is the log's own, and its times are nonsense.
-        kind = LogError if own else UsageError
-        raise kind(f"a window of {high - low:g} s at {rate:g} Hz has {count} samples")
+    most = _MOST_SAMPLES
+    if window is None:
+        records = sum(message.stamp.size for message in log.messages.values())
+        most = min(most, _SAMPLES + _SAMPLES_PER_RECORD * records)
+    if count > most:
+        said = f"{high - low:g} s at {rate:g} Hz make {count} samples"
+        if window is not None:
+            raise UsageError(said)
+        # the extent is the log's own: its times are nonsense
+        raise LogError(f"{said}, and there are {records} records", hint="choose a window")
     return low + np.arange(count) / rate
 
 

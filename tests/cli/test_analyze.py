@@ -7,6 +7,8 @@ from fdi.report.files import NAMES
 
 from .conftest import LOG, Run
 
+OTHER = LOG.with_name("copter_gps_loss_landing.tlog")
+
 
 def test_it_prints_the_verdict_and_writes_the_folder_here(run: Run, model: Path) -> None:
     ended = run("analyze", LOG, "--model", model)
@@ -80,7 +82,8 @@ def test_a_foreign_folder_needs_force(run: Run, model: Path) -> None:
         ([LOG, "--methods", "all"], "No such option"),
         ([LOG, "--quiet", "--verbose"], "exclude"),
         ([LOG, "--json", "--format", "txt"], "--out"),
-        ([LOG, LOG], "2 logs"),
+        ([LOG, LOG], "the same file twice"),
+        ([LOG, OTHER], "another flight"),
         ([LOG, "--system", "77"], "77"),
     ],
 )

@@ -1,6 +1,7 @@
 """Files that are no log, models that are none: one line, the right code, no traceback, no hang."""
 
 import os
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -35,6 +36,14 @@ def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
             is_told(run(command, path), 3)
 
 
+def test_what_is_no_file_cannot_be_converted(run: Run, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo", Path("/dev/zero")):
+        ended = run("convert", path, "--out", "o")
+        is_told(ended, 3)
+        assert ended.err.count("\n") == 1
+
+
 @pytest.fixture
 def nobody() -> Iterator[None]:
     """Be somebody who may not read what root keeps to himself."""
@@ -59,6 +68,33 @@ def test_a_log_without_permission_is_3(
     ended = run(command, path, "--json")
     assert (ended.code, ended.out) == (3, "")
     assert ended.err == f"fdi: {path}: cannot be read: permission denied\n"
+
+
+@pytest.mark.parametrize("command", ["analyze", "info", "convert"])
+def test_a_log_that_grows_while_it_is_read_gives_what_was_there(
+    run: Run, model: Path, tmp_path: Path, command: str
+) -> None:
+    path = tmp_path / "growing.tlog"
+    data = LOG.read_bytes()
+    path.write_bytes(data)
+    more = {"analyze": ["--model", model, "--format", "txt"], "convert": ["--out", "o"]}
+    stop = threading.Event()
+
+    def grow() -> None:
+        with path.open("ab", buffering=0) as file:
+            while not stop.wait(0.001):
+                file.write(b"\0" * 64)
+
+    writer = threading.Thread(target=grow)
+    writer.start()
+    try:
+        ended = run(command, path, *more.get(command, []))
+    finally:
+        stop.set()
+        writer.join()
+    assert (ended.code, ended.err.count("Traceback")) == (0, 0), ended.err
+    told = ended.out if command != "convert" else Path("o/metadata.json").read_text()
+    assert "the file grew while it was read" in " ".join(told.split())
 
 
 def test_a_cut_log_gives_what_is_left(run: Run, model: Path, tmp_path: Path) -> None:

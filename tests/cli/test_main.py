@@ -1,6 +1,7 @@
 """What every command has in common: help, version, pipes, interrupts, defects."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from fdi import __version__
 from fdi.cli import analyze as analyze_command
+from fdi.cli import main
 
 from .conftest import LOG, Run
 
@@ -31,7 +33,7 @@ def test_the_package_runs_as_a_module() -> None:
     assert ended.stdout == f"fdi, version {__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["analyze", "info", "structure"])
+@pytest.mark.parametrize("command", ["analyze", "info", "convert", "structure"])
 def test_help_shows_an_example(run: Run, command: str) -> None:
     ended = run(command, "--help")
     assert ended.code == 0
@@ -46,6 +48,31 @@ def test_the_group_lists_its_commands(run: Run, words: list[str]) -> None:
     assert all(command in told for command in ("analyze", "info", "structure"))
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("fdi in", {"plain,info"}),
+        ("fdi analyze flight.t", {"file,flight.t"}),
+        ("fdi structure fix", {"plain,fixed_wing"}),
+        ("fdi structure my", {"file,my"}),
+        ("fdi analyze --policy pap", {"plain,paper"}),
+        ("fdi convert --ou", {"plain,--out"}),
+    ],
+)
+def test_a_shell_is_told_how_a_word_may_go_on(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    words: str,
+    expected: set[str],
+) -> None:
+    monkeypatch.setenv("_FDI_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
+    with pytest.raises(SystemExit, match="0"):
+        main([])
+    assert set(capsys.readouterr().out.split()) == expected
+
+
 def test_an_unknown_command_is_2(run: Run) -> None:
     ended = run("analyse")
     assert ended.code == 2
@@ -57,6 +84,20 @@ def test_info_is_a_page_or_json(run: Run) -> None:
     document = json.loads(run("info", LOG, "--json").out)
     assert document["log"]["vehicle"] == "quad"
     assert {"HEARTBEAT", "ATTITUDE"} <= {message["name"] for message in document["messages"]}
+
+
+def test_convert_writes_the_folder_and_says_how_much(run: Run) -> None:
+    ended = run("convert", LOG, "--out", "o")
+    assert ended.code == 0
+    assert ended.out.startswith("30 messages, ")
+    assert "in o/" in ended.out
+    assert {"ATTITUDE.parquet", "metadata.json"} <= {entry.name for entry in Path("o").iterdir()}
+    assert not run("convert", LOG, "--out", "o", "--quiet").out
+    assert run("convert", LOG).code == 2
+    Path("mine").mkdir()
+    Path("mine/x").write_text("")
+    assert run("convert", LOG, "--out", "mine").code == 5
+    assert run("convert", LOG, "--out", "mine", "--force").code == 0
 
 
 def test_structure_describes_or_gives_json(run: Run, model: Path) -> None:
@@ -113,6 +154,33 @@ def test_a_full_disk_behind_standard_output_is_5() -> None:
         )
     assert ended.returncode == 5
     assert ended.stderr.startswith("fdi: standard output")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such limit there")
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["analyze", str(LOG), "--out", "o", "--model", "{model}"],
+        ["convert", str(LOG), "--out", "o"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_full_disk_is_5_and_leaves_nothing(tmp_path: Path, model: Path, words: list[str]) -> None:
+    """A limit on the size of files fails a write half way, as a full disk does."""
+    work = tmp_path / "w"
+    work.mkdir()
+    few = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)); "
+    ended = subprocess.run(
+        [FDI[0], "-c", few + FDI[2], *(word.format(model=model) for word in words)],
+        cwd=work,
+        env={**os.environ, "FDI_CACHE_DIR": str(tmp_path / "c"), "MPLCONFIGDIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert (ended.returncode, ended.stdout) == (5, ""), ended.stderr
+    assert ended.stderr == "fdi: o: cannot be written: File too large\n"
+    assert not list(work.iterdir())
 
 
 def test_ctrl_c_is_130_and_leaves_nothing(tmp_path: Path, model: Path) -> None:

@@ -6,7 +6,6 @@ import pytest
 from fdi.errors import LogError, ModelError
 from fdi.model import load_airframe
 from fdi.model.parts import Kind
-from fdi.telemetry import Channel
 
 MODEL = """format: 1
 name: cart
@@ -41,8 +40,13 @@ UNITS = {"groundspeed": "m/s", "airspeed": "m/s", "alt": "m", "yaw": "rad", "cur
 
 
 class StubMessage:
+    made_from = None
+
     def __init__(self, fields, units):
         self.fields, self._units = tuple(fields), units
+
+    def has_known(self, name):
+        return name in self.fields
 
     def unit(self, name):
         return self._units.get(name, "")
@@ -54,9 +58,6 @@ def stub_log(messages, parameters=None, units=UNITS):
 
     class StubLog(dict):
         name = "stub.tlog"
-        channels = frozenset(
-            Channel.parse(f"{key}.{name}") for key, fields in messages.items() for name in fields
-        )
 
     log = StubLog(table)
     log.parameters = parameters or {}

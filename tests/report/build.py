@@ -78,8 +78,7 @@ def small_log(
     return Log(
         path=Path(name),
         format="tlog",
-        bytes=12345,
-        sha256="ab" * 32,
+        data=np.zeros(12345, np.uint8),
         duration=90.0,
         span=(0.0, 89.75),
         messages=messages,

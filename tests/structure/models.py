@@ -32,6 +32,32 @@ def models(draw, max_equations=7, max_unknowns=5):
     )
 
 
+@st.composite
+def dynamic_models(draw, max_equations=4, max_states=2, max_others=2):
+    """A model with a constraint for each state, further equations, and at most 3 faults."""
+    n_states, n_others = draw(st.integers(1, max_states)), draw(st.integers(0, max_others))
+    n = 2 * n_states + n_others  # x0, dx0, x1, dx1, ..., others
+    row = st.lists(st.integers(0, n - 1), min_size=1, max_size=3)
+    rows = [(2 * k, 2 * k + 1) for k in range(n_states)]
+    rows += draw(st.lists(row, min_size=1, max_size=max_equations))
+    where = st.lists(st.integers(0, len(rows) - 1), min_size=1, max_size=2)
+    faults = draw(st.lists(where, max_size=3))
+    return Model(
+        tuple(f"e{i}" for i in range(len(rows))),
+        tuple(f"x{i}" for i in range(n)),
+        tuple(map(tuple, rows)),
+        tuple(Fault(f"f{i}", tuple(equations)) for i, equations in enumerate(faults)),
+        tuple(edge for k in range(n_states) for edge in ((k, 2 * k, "i"), (k, 2 * k + 1, "d"))),
+    )
+
+
+def dense(m, n, width=4):
+    """A model of redundancy m - n without structure to speak of."""
+    rows = tuple(tuple((i * 7 + j * j * (1 + i % 3)) % n for j in range(width)) for i in range(m))
+    faults = tuple(Fault(f"f{i}", (i,)) for i in range(0, m, 2))
+    return Model(tuple(f"e{i}" for i in range(m)), tuple(f"x{i}" for i in range(n)), rows, faults)
+
+
 def paper_model(faults):
     """The published MAVLink model with 77 or 79 faults."""
     path = SHARED / "paper" / f"model_{faults}.json"

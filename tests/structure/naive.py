@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import combinations
 
 from fdi.structure import Model
@@ -9,15 +10,20 @@ from fdi.structure import Model
 
 def rank(rows):
     """Size of a maximum matching, by trying all ways to match the first row."""
+    return _rank(tuple(tuple(row) for row in rows))
+
+
+@lru_cache(maxsize=100_000)
+def _rank(rows):
     if not rows:
         return 0
     first, rest = rows[0], rows[1:]
-    best = rank(rest)
+    best = _rank(rest)
     if best == len(rest) and not first:
         return best
     for unknown in first:
-        left = [tuple(u for u in row if u != unknown) for row in rest]
-        best = max(best, 1 + rank(left))
+        left = tuple(tuple(u for u in row if u != unknown) for row in rest)
+        best = max(best, 1 + _rank(left))
         if best == len(rows):
             break
     return best
@@ -38,6 +44,66 @@ def overdetermined(model, equations):
     rows = [model.rows[e] for e in equations]
     full = rank(rows)
     return frozenset(e for i, e in enumerate(equations) if rank(rows[:i] + rows[i + 1 :]) == full)
+
+
+def subsets(equations):
+    equations = sorted(equations)
+    for size in range(len(equations) + 1):
+        yield from combinations(equations, size)
+
+
+def unknowns(model, equations):
+    return {u for e in equations for u in model.rows[e]}
+
+
+def integral(model, equations):
+    """The largest overdetermined set whose unknowns can all be matched, never along a derivative.
+
+    It is the union of all such sets.
+    """
+    derivative = {(e, u) for e, u, kind in model.derivative if kind == "d"}
+    found = set()
+    for some in subsets(equations):
+        rows = [tuple(u for u in model.rows[e] if (e, u) not in derivative) for e in some]
+        if rank(rows) == len(unknowns(model, some)) and overdetermined(model, some) == set(some):
+            found.update(some)
+    return found
+
+
+def derivative(model, equations):
+    """What is overdetermined among the equations whose unknowns can all be computed.
+
+    A constraint may be used when its state is computed; equations compute their unknowns together
+    when these can all be matched with them.
+    """
+    state = {(e, u) for e, u, kind in model.derivative if kind == "i"}
+    computed, before = set(), None
+    while computed != before:
+        before = set(computed)
+        usable = [
+            e for e in equations if all(u in computed for u in model.rows[e] if (e, u) in state)
+        ]
+        for some in subsets(usable):
+            rows = [tuple(u for u in model.rows[e] if u not in computed) for e in some]
+            if rank(rows) == len({u for row in rows for u in row}):
+                computed |= unknowns(model, some)
+    return overdetermined(model, [e for e in equations if computed.issuperset(model.rows[e])])
+
+
+OVERDETERMINED = {"mixed": overdetermined, "integral": integral, "derivative": derivative}
+
+
+def isolable_causally(model, causality):
+    """For each fault as the one to be told from, which faults are touched without its equations."""
+    everything = set(range(len(model.rows)))
+    columns = [
+        OVERDETERMINED[causality](model, sorted(everything.difference(fault.equations)))
+        for fault in model.faults
+    ]
+    return [
+        [i != j and not columns[j].isdisjoint(fault.equations) for j in range(len(columns))]
+        for i, fault in enumerate(model.faults)
+    ]
 
 
 def mso(model):

@@ -1,17 +1,15 @@
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 
 from fdi.errors import UsageError
 from fdi.structure import Fault, Model, detectable, isolability
-from fdi.structure.causality import (
-    CAUSALITIES,
-    causally_overdetermined,
-    is_observable,
-    residual_causality,
-    structural_index,
-)
+from fdi.structure.causality import CAUSALITIES, causally_overdetermined
+from fdi.structure.losses import causal_classes
 
-from .models import models
+from . import naive
+from .models import dynamic_models, models
 
 #                    x  dx
 # dx = d/dt x        i  d
@@ -24,6 +22,38 @@ TWO_RATES = Model(
     (Fault("f1", (1,)), Fault("f2", (2,))),
     ((0, 0, "i"), (0, 1, "d")),
 )
+
+
+@pytest.mark.parametrize("causality", CAUSALITIES)
+@given(model=dynamic_models())
+@settings(max_examples=300)
+def test_overdetermined_part_equals_brute_force(model, causality):
+    expected = naive.OVERDETERMINED[causality](model, range(len(model.rows)))
+    assert set(causally_overdetermined(model, causality)) == expected
+    found = [naive.OVERDETERMINED[causality](model, sorted(expected)), expected]
+    assert found[0] == found[1]  # idempotent, on which losses.py relies
+
+
+@pytest.mark.parametrize("causality", CAUSALITIES)
+@given(model=dynamic_models())
+@settings(max_examples=300)
+def test_isolability_equals_brute_force(model, causality):
+    assert isolability(model, causality).tolist() == naive.isolable_causally(model, causality)
+
+
+@pytest.mark.parametrize("causality", CAUSALITIES)
+@given(model=dynamic_models(max_equations=10, max_states=4, max_others=3))
+@settings(max_examples=300)
+def test_what_remains_without_a_class_is_what_remains_without_its_equations(model, causality):
+    """On larger models, against one analysis for each class."""
+    faulty = replace(model, faults=tuple(Fault(f"f{e}", (e,)) for e in range(len(model.rows))))
+    groups, left = causal_classes(faulty, causality)
+    whole = {e for group in groups for e in group}
+    assert whole == set(causally_overdetermined(model, causality))
+    for k, group in enumerate(groups):
+        for e in group:
+            expected = set(causally_overdetermined(model, causality, without=[e]))
+            assert left.get(k, whole.difference(group)) == expected
 
 
 @given(models())
@@ -42,27 +72,3 @@ def test_a_fault_of_a_rate_needs_no_state():
 def test_unknown_causality_is_refused():
     with pytest.raises(UsageError, match="'int' is none of mixed, integral, derivative"):
         isolability(TWO_RATES, "int")
-
-
-def test_one_equation_without_unknowns_has_an_algebraic_residual():
-    """The toolbox of record raises IndexError (README section 7)."""
-    assert residual_causality(Model(("e",), (), ((),)), 1) == "a"
-
-
-def test_the_whole_model_can_be_asked_for_observability():
-    """The toolbox of record raises IndexError without a set (README section 7)."""
-    assert not is_observable(TWO_RATES)
-
-
-def test_a_set_that_is_no_mso_set_is_refused():
-    with pytest.raises(UsageError, match="3 equations with 1 unknowns are no MSO set"):
-        residual_causality(Model.from_matrix([[1], [1], [1]]), 0b111)
-    with pytest.raises(UsageError, match="is not just-determined"):
-        residual_causality(Model.from_matrix([[1, 0], [1, 0], [0, 1]]), 0b111)
-
-
-def test_structural_index_of_a_model_that_is_not_square_or_singular_is_refused():
-    with pytest.raises(UsageError, match="3 equations, 2 unknowns, rank 2"):
-        structural_index(TWO_RATES)
-    with pytest.raises(UsageError, match="2 equations, 2 unknowns, rank 1"):
-        structural_index(Model.from_matrix([[1, 0], [1, 0]]))

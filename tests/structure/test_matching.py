@@ -1,4 +1,9 @@
+from random import Random
+
+import pytest
 from hypothesis import given
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from fdi.structure.matching import maximum_matching
 
@@ -23,6 +28,19 @@ def test_matching_pairs_each_equation_and_unknown_once_along_edges(model):
 @given(models())
 def test_matching_is_as_large_as_the_rank_by_brute_force(model):
     assert len(maximum_matching(model.rows, len(model.unknowns))) == naive.rank(list(model.rows))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_matching_of_a_larger_model_is_as_large_as_that_of_scipy(seed):
+    random = Random(seed)
+    n = random.randrange(50, 400)
+    m = n + random.randrange(-20, 40)
+    rows = [[random.randrange(n) for _ in range(random.randrange(4))] for _ in range(m)]
+    matching = maximum_matching(rows, n)
+    assert_is_matching(matching, rows)
+    edges = [(e, u) for e, row in enumerate(rows) for u in row]
+    graph = csr_array(([1] * len(edges), tuple(zip(*edges, strict=True))), shape=(m, n))
+    assert len(matching) == (maximum_bipartite_matching(graph) >= 0).sum()
 
 
 def test_matching_of_a_long_chain_needs_no_recursion():

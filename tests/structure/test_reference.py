@@ -21,7 +21,7 @@ from fdi.structure import (
     mtes_sets,
     place_sensors,
 )
-from fdi.structure.causality import (
+from fdi.structure.index import (
     is_low_index,
     is_observable,
     residual_causality,

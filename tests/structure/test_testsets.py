@@ -22,20 +22,13 @@ from fdi.structure import (
 from fdi.structure.decomposition import overdetermined
 
 from . import naive
-from .models import models
+from .models import dense, models
 
 
 def as_sets(bit_sets):
     found = [frozenset(members(bits)) for bits in bit_sets]
     assert len(found) == len(set(found))  # none twice
     return set(found)
-
-
-def dense(m, n, width=4):
-    """A model of redundancy m - n without structure to speak of."""
-    rows = tuple(tuple((i * 7 + j * j * (1 + i % 3)) % n for j in range(width)) for i in range(m))
-    faults = tuple(Fault(f"f{i}", (i,)) for i in range(0, m, 2))
-    return Model(tuple(f"e{i}" for i in range(m)), tuple(f"x{i}" for i in range(n)), rows, faults)
 
 
 @given(models(max_equations=8))

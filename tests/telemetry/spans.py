@@ -4,14 +4,18 @@ The readers' own finders, without the columns: what the damage experiments count
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.dataflash import _records
+from fdi.telemetry.formats.dataflash_records import all_records
 from fdi.telemetry.formats.mavlink_frames import find_frames
+from fdi.telemetry.formats.ulog import _header
+from fdi.telemetry.formats.ulog_records import find_records
+from fdi.telemetry.formats.ulog_walk import words
 
 Spans = NDArray[np.int64]
 
@@ -25,12 +29,24 @@ def _tlog(data: NDArray[np.uint8]) -> Spans:
 
 
 def _bin(data: NDArray[np.uint8]) -> Spans:
-    records = _records(data)
-    size = np.array([one.length for one in records.layouts])[records.layout]
-    return np.stack((records.start, records.start + size), axis=1)
+    return all_records(data).spans()
 
 
-SPANS: Final[dict[str, Callable[[NDArray[np.uint8]], Spans]]] = {"tlog": _tlog, "bin": _bin}
+def _ulg(data: NDArray[np.uint8]) -> Spans:
+    _, parts = _header(Path("log.ulg"), data)
+    records = find_records(data, parts)
+    found = [rows.at - 5 for rows in records.rows]
+    low = np.sort(np.concatenate([*found, [other.start for other in records.others]]))
+    low = low.astype(np.int64)
+    spans = np.stack((low, low + 3 + words(data, "<u2")[low]), axis=1)
+    return np.append([[0, 16]], spans, axis=0)
+
+
+SPANS: Final[dict[str, Callable[[NDArray[np.uint8]], Spans]]] = {
+    "tlog": _tlog,
+    "bin": _bin,
+    "ulg": _ulg,
+}
 
 
 def spans(data: bytes, kind: str) -> list[tuple[int, int]]:

@@ -18,6 +18,9 @@ FILES = (
     "flights/healthy/quad_short.bin",
     "flights/odd/cut_64k.bin",
     "flights/crash/motor2_lost.bin",
+    "telemetry/samples/cubeorange_1.11.ulg",
+    "flights/odd/appended_multiple.ulg",
+    "flights/odd/sitl_2017.ulg",
 )
 
 

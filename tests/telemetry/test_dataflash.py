@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
-from fdi.telemetry import read
 from fdi.telemetry.formats.dataflash_layouts import CHARACTERS
+from fdi.telemetry.formats.dataflash_records import all_records
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
@@ -130,27 +130,6 @@ def test_damage_never_raises_anything_but_our_errors(load, flips, at, inserted):
             message.si(field)
 
 
-@needs_shared
-def test_telemetry_and_dataflash_of_one_flight_agree_in_mavlinks_words():
-    folder = SHARED / "flights" / "sitl" / "copter"
-    tlog, binary = (read(folder / f"c03_ref_square_wind.{end}") for end in ("tlog", "BIN"))
-    shift = tlog.clock.boot(0.0) - binary.clock.boot(0.0)
-    for channel, within in (
-        ("GLOBAL_POSITION_INT.relative_alt", 0.1),
-        ("ATTITUDE.roll", 0.01),
-        ("VFR_HUD.climb", 0.2),
-        ("RAW_IMU.zacc", 0.3),
-        ("GPS_RAW_INT.lat", 1e-7),
-        ("SERVO_OUTPUT_RAW.servo1_raw", 15.0),
-    ):
-        mine, other = binary.channel(channel), tlog.channel(channel)
-        assert mine.unit == other.unit
-        at = mine.t - shift
-        apart = np.abs(np.interp(at, other.t, other.value) - mine.value)
-        inside = (at > other.t[0]) & (at < other.t[-1])
-        assert np.nanmedian(apart[inside]) < within, channel
-
-
 def test_noise_at_the_end_does_not_stretch_the_log(load):
     log = load(small() + b"\xa3\x95" * 500)
     assert log.duration < 10.0
@@ -159,3 +138,86 @@ def test_noise_at_the_end_does_not_stretch_the_log(load):
 def test_records_of_noise_have_no_time_of_their_own(load):
     noise = b"".join(b"\xa3\x95\x14" + b"\xc7" * 15 for _ in range(40))
     assert load(small() + noise).duration < 10.0
+
+
+def all_records_by(data: bytes, way: str, monkeypatch) -> dict[str, object]:
+    """Return names, places and gaps of the records, found by numpy ("0") or in machine code."""
+    monkeypatch.setenv("FDI_FAST", way)
+    found = all_records(np.frombuffer(data, np.uint8))
+    return {
+        "places": {
+            (one.name, one.since): start.tolist()
+            for one, start in zip(found.layouts, found.starts, strict=True)
+        },
+        "lost": found.lost.tolist(),
+        "is_cut": found.is_cut,
+    }
+
+
+def spoiled(flips, at, inserted):
+    data = bytearray(small(20) + fmt(20, "BARO", "Qf", "TimeUS,Alt") + small(3)[89 * 7 :])
+    for place, value in flips:
+        data[place % len(data)] = value
+    data[at:at] = inserted
+    return bytes(data)
+
+
+HEADS = st.sampled_from([b"\xa3\x95", b"\xa3\x95\x14", b"\xa3\x95\x80", b"\xa3"])
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.lists(st.tuples(st.integers(0, 4000), st.integers(0, 255)), max_size=12),
+    st.integers(0, 4000),
+    st.one_of(st.binary(max_size=40), st.lists(HEADS, max_size=40).map(b"".join)),
+)
+def test_machine_code_finds_the_same_records(monkeypatch, flips, at, inserted):
+    pytest.importorskip("numba")
+    data = spoiled(flips, at, inserted)
+    assert all_records_by(data, "1", monkeypatch) == all_records_by(data, "0", monkeypatch)
+
+
+def test_length_of_a_type_that_nobody_defines_is_learned(load):
+    """Its records are counted, not lost; what they hold nobody knows."""
+    alien = b"\xa3\x95\x1c" + bytes(range(20))
+    data = small(10)
+    at = data.rindex(b"\xa3\x95\x14")  # the last BARO
+    log = load(data[:at] + (data[at:] + alien) * 8)
+    kinds = {q.kind: q for q in log.quality}
+    assert kinds["unknown_message"].count == 8
+    assert "type 28, 23 bytes each" in kinds["unknown_message"].text
+    assert "lost_bytes" not in kinds
+    assert "TYPE28" not in log
+
+
+def test_two_types_that_nobody_defines_are_told_apart(load):
+    one, two = b"\xa3\x95\x1c" + bytes(20), b"\xa3\x95\x1d" + bytes(9)
+    data = small(10)
+    at = data.rindex(b"\xa3\x95\x14")
+    log = load(data[:at] + (data[at:] + one + two) * 8)
+    texts = [q.text for q in log.quality if q.kind == "unknown_message"]
+    assert "type 28, 23 bytes each" in texts[0]
+    assert "type 29, 12 bytes each" in texts[1]
+
+
+def test_record_with_damaged_time_has_that_of_its_place(load):
+    data = bytearray(small())
+    last = data.rindex(b"\xa3\x95\x14", 0, len(data) - 500)
+    data[last + 7] ^= 0x10  # 268 s
+    log = load(bytes(data))
+    whole = load(small())
+    for key in ("BARO", "BARO[1]"):
+        np.testing.assert_allclose(log[key].t, whole[key].t, atol=0.2)
+    assert log.duration == whole.duration
+
+
+def test_later_boot_begins_where_the_earlier_one_ends(load):
+    """Its first records are in it, though they come before the first one of the most frequent."""
+    first, again = small(), small(30)
+    log = load(first + again)
+    assert log.clock.boot(log["BARO"].t[49]) == pytest.approx(5.9)
+    assert log.clock.boot(log["BARO"].t[51]) == pytest.approx(1.1)
+    assert log["MSG"].t[1] == pytest.approx(4.9, abs=0.01)
+    assert log["BARO"].t[-1] == pytest.approx(4.9 + 2.9, abs=0.01)

@@ -90,6 +90,26 @@ def test_arming_without_leaving_the_ground_is_no_flight(load):
     assert not load(idle.bytes()).flights[0].flew
 
 
+def low(*, told: bool) -> bytes:
+    """Return a flight at 0.9 m, at whose beginning and end the autopilot may tell that it flies."""
+    flight = BASE.but(height=0.9)
+    up, _, _, ground = flight.phases()
+    states = [
+        record(t, mav.MAVLink_extended_sys_state_message(0, 2 if up <= t < ground else 1))
+        for t in np.arange(0.2, flight.duration, 0.5)
+    ]
+    return b"".join(sorted([*flight.records(), *(states if told else ())], key=lambda r: r[:8]))
+
+
+def test_low_flight_is_one_where_autopilot_and_height_agree(load):
+    up, _, _, ground = BASE.but(height=0.9).phases()
+    (flight,) = load(low(told=True)).flights
+    assert flight.flew
+    assert flight.takeoff == pytest.approx(up, abs=1.0)
+    assert flight.landing == pytest.approx(ground, abs=1.0)
+    assert not any(flight.flew for flight in load(low(told=False)).flights)
+
+
 def test_up_positive_vertical_speed_is_turned_and_told(load):
     old, new = load(BASE.but(vz_sign=-1.0).bytes()), load(BASE.bytes())
     np.testing.assert_allclose(
@@ -119,6 +139,28 @@ def test_impacts_of_recorded_flights_are_found_and_landings_are_none():
         if not is_right:
             wrong.append((name, wanted, found))
     assert not wrong
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+@pytest.mark.parametrize(
+    ("name", "takeoff", "landing"),
+    [  # of the autopilot's land detector; the first is a flight at 0.6 m in a room
+        ("healthy/no_battery_monitor.ulg", 4.35, 73.08),
+        ("triplex/gps_fail/instance_0.ulg", 15.0, 51.43),
+    ],
+)
+def test_flights_of_px4_have_their_take_off_and_landing(name, takeoff, landing):
+    (flight,) = read(SHARED / name).flights
+    assert flight.takeoff == pytest.approx(takeoff, abs=2.5)
+    assert flight.landing == pytest.approx(landing, abs=0.5)
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+def test_impact_is_one_though_the_estimate_falls_on():
+    """The blow of 40 g stops the vehicle, but its estimator goes on sinking for ten seconds."""
+    (flight,) = read(SHARED / "crash" / "motors_cut_in_air.ulg").flights
+    assert flight.impact == pytest.approx(68.8, abs=0.15)
+    assert flight.landing is None
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")

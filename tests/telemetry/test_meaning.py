@@ -18,12 +18,18 @@ from .build import Flight, mav, record
     ("text", "written"),
     [
         ("VFR_HUD.airspeed", "VFR_HUD.airspeed"),
-        ("vfr_hud.AIRSPEED", "VFR_HUD.airspeed"),
+        ("Vfr_Hud.AIRSPEED", "VFR_HUD.airspeed"),
+        ("battery_status.voltage_v", "battery_status.voltage_v"),
+        ("esc_status.esc[3].esc_rpm", "esc_status.esc[3].esc_rpm"),
+        ("ATT#2.Roll", "ATT#2.Roll"),
+        ("RPM.Qual", "RPM.Qual"),
         ("74/airspeed", "VFR_HUD.airspeed"),
         ("125/VCC", "POWER_STATUS.Vcc"),
         ("BATTERY_STATUS[1].voltages[0]", "BATTERY_STATUS[1].voltages[0]"),
         ("BATTERY_STATUS[0].temperature", "BATTERY_STATUS.temperature"),
         ("XKF4[1].SV", "XKF4[1].SV"),
+        ("XKF4[0].SV", "XKF4.SV"),
+        ("esc_status.esc[0].esc_rpm", "esc_status.esc[0].esc_rpm"),
     ],
 )
 def test_channel_is_parsed_to_the_dialects_spelling(text, written):
@@ -38,6 +44,7 @@ def test_channel_is_parsed_to_the_dialects_spelling(text, written):
         ("74/speed_of_light", "no field"),
         ("99999/x", "no MAVLink message"),
         ("BATTERY_STATUS.voltages[10]", "has 10 entries"),
+        ("BATTERY_STATUS.voltages[0].x", "no field"),
         ("a" * 500, "is no channel"),
         ("../../etc.passwd", "is no channel"),
     ],

@@ -1,5 +1,6 @@
 """Files that are no log are refused in one line; damage is told and the rest returned."""
 
+import hashlib
 import os
 
 import numpy as np
@@ -227,3 +228,8 @@ def test_no_damage_raises_anything_but_our_errors(load, data):
             assert message.si(field).shape == message.t.shape
     log.state(np.linspace(-1, log.duration + 1, 50))
     assert repr(log)
+
+
+def test_checksum_of_a_log_is_that_of_its_file(load):
+    data = INTACT.bytes()
+    assert load(data).sha256 == hashlib.sha256(data).hexdigest()

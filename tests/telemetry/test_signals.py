@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from fdi.errors import UsageError
+from fdi.errors import LogError, UsageError
 from fdi.telemetry import Channel, Request, Sampling
 from fdi.telemetry.events import flight_state
 from fdi.telemetry.message import Column, Message
@@ -156,3 +156,9 @@ def test_validity_sees_the_flight_state(load):
     known = np.isfinite(signals.columns[request.channel])
     assert known.any()
     assert (signals.state.airborne[known]).all()
+
+
+def test_log_whose_times_are_nonsense_makes_no_endless_grid():
+    log = log_of([0.0, 0.1, 0.2, 1e6], [1.0, 2.0, 3.0, 4.0])
+    with pytest.raises(LogError, match="and there are 4 records"):
+        resample(log, (Request(A, ("a",)),), Sampling())

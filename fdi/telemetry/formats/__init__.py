@@ -3,19 +3,34 @@
 Decided by content, never by name. A format is one file here: ``is_x(data)`` looks at the bytes,
 ``read_x(path, data, system=...)`` returns the `Log`.
 
-dataflash.py          ArduPilot DataFlash log: puts the log together
+dataflash.py          ArduPilot DataFlash log
 dataflash_layouts.py  definitions and units of its records
 dataflash_records.py  finds records and damage in the bytes
+dataflash_tables.py   records to columns
+dataflash_clock.py    when each record was made
+dataflash_log.py      puts the log together, binary or text
 dataflash_events.py   modes, arming, texts, parameters
+texts.py              rows of bytes: which are alike, and what they say
 compiled.py           loops over bytes as machine code, where numba is at hand
 meaning.py            what another format says, in MAVLink's words
+gather.py             bytes at many offsets
+meaning_sources.py    how the table of correspondences is written
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
+mavlink_checksum.py   whether a frame is what was sent
 mavlink_columns.py    payloads to columns
 mavlink_events.py     modes, arming, texts, parameters
 mavlink_signs.py      which way is up
 mavlink_repeats.py    frames that came twice
 mavlink_quality.py    what was lost
+ulog.py               PX4 log: puts the log together
+ulog_definitions.py   formats, subscriptions, keys
+ulog_walk.py          finds messages and damage in the bytes
+ulog_records.py       messages by topic
+ulog_times.py         when was each record made
+ulog_units.py         units of its fields
+ulog_events.py        modes, arming, texts, parameters
+ulog_quality.py       what was lost
 """
 
 from __future__ import annotations
@@ -28,12 +43,14 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.formats.dataflash import is_dataflash, read_dataflash
 from fdi.telemetry.formats.tlog import is_tlog, read_tlog
+from fdi.telemetry.formats.ulog import is_ulog, read_ulog
 from fdi.telemetry.log import Log
 
 Data = NDArray[np.uint8]
 
 FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
-    "dataflash": (is_dataflash, read_dataflash),  # first: the cheaper look
+    "ulog": (is_ulog, read_ulog),  # the cheaper looks first
+    "dataflash": (is_dataflash, read_dataflash),
     "tlog": (is_tlog, read_tlog),
 }
 
@@ -42,7 +59,7 @@ TEXT_LOG: Final = b"FMT,"
 
 # What a file begins with that this version does not read: refused by name.
 NOT_READ: Final[dict[str, bytes]] = {
-    "a ULog (.ulg)": b"ULog\x01\x12\x35",
+    "an encrypted ULog (.ulge)": b"ULogEnc",
     "a DataFlash log in text form (.log)": TEXT_LOG,
     "a gzip archive": b"\x1f\x8b",
     "a zip archive": b"PK\x03\x04",

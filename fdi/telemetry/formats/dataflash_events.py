@@ -5,21 +5,18 @@ In: the records by name and their times. Out: `Event`s, parameters and their cha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.events import Event
-from fdi.telemetry.formats.dataflash_records import Records
-from fdi.telemetry.formats.mavlink_events import clean_text
+from fdi.telemetry.formats.dataflash_clock import Times
+from fdi.telemetry.formats.dataflash_tables import Tables, columns
+from fdi.telemetry.formats.mavlink_events import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
@@ -33,57 +30,48 @@ _ALARMS: Final = ("failsafe", "crash check", "EKF check", "thrust loss check")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Groups:
-    """The rows of each layout's records, and every record's time."""
+class Timed:
+    """The tables of a log and the times of their records."""
 
-    records: Records
-    rows: Mapping[int, Ints]
-    t: Floats
-
-    def columns(self, name: str, *fields: str) -> Iterator[tuple[Floats, list[NDArray[Any]]]]:
-        """Yield times and raw values of the records of a name, once per layout that has all."""
-        for i, rows in self.rows.items():
-            one = self.records.layouts[i]
-            found = [one.field(field) for field in fields]
-            if one.name == name and None not in found:
-                values = [self.records.values(rows, f) for f in found if f is not None]
-                yield self.t[rows], values
+    tables: Tables
+    times: Sequence[Times]
 
     def lines(self, name: str, *fields: str) -> Iterator[tuple[Any, ...]]:
-        """Yield (t, value, ...) for each of the few records of a name."""
-        for t, values in self.columns(name, *fields):
-            yield from zip(t.tolist(), *(v.tolist() for v in values), strict=True)
+        """Yield (t, value, ...) for each of the few records of a name that have all the fields."""
+        for i, values in columns(self.tables, name, *fields):
+            t = self.times[i].t.tolist()
+            yield from zip(t, *(v.tolist() for v in values), strict=True)
 
 
-def log_texts(groups: Groups) -> list[Event]:
+def log_texts(timed: Timed) -> list[Event]:
     """Return the texts, and the failsafes that they speak of."""
     events = []
-    for t, text in groups.lines("MSG", "Message"):
+    for t, text in timed.lines("MSG", "Message"):
         events.append(Event(t, "text", clean_text(text)))
         if is_failsafe_text(text):
             events.append(Event(t, "failsafe", clean_text(text)))
     return sorted(events, key=lambda e: e.t)
 
 
-def log_events(groups: Groups, vehicle: str) -> Iterator[Event]:
+def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
     """Yield modes, arming and errors."""
     number = None
     for name in ("ModeNum", "Mode"):
-        for t, mode in groups.lines("MODE", name):
+        for t, mode in timed.lines("MODE", name):
             if mode != number and isinstance(mode, int):
                 yield Event(t, "mode", mavlink_mode(mode, autopilot="ardupilot", vehicle=vehicle))
                 number = mode
         if number is not None:
             break
-    said = [(t, code == _ARMED) for t, code in groups.lines("EV", "Id") if 10 <= code <= 11]
-    said += [(t, bool(state)) for t, state in groups.lines("ARM", "ArmState")]
+    said = [(t, code == _ARMED) for t, code in timed.lines("EV", "Id") if 10 <= code <= 11]
+    said += [(t, bool(state)) for t, state in timed.lines("ARM", "ArmState")]
     armed = None
     for t, state in sorted(said):
         if state != armed:
             yield Event(t, "arm" if state else "disarm", "")
             armed = state
     subsystems = data_table("errors_dataflash")["subsystems"]
-    for t, subsystem, code in groups.lines("ERR", "Subsys", "ECode"):
+    for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
         name = subsystems.get(str(subsystem), f"subsystem {subsystem}")
         if code or name in _OWN_CODES:
             is_alarm = name.startswith(_ALARMS)
@@ -91,22 +79,41 @@ def log_events(groups: Groups, vehicle: str) -> Iterator[Event]:
 
 
 def parameters(
-    groups: Groups,
+    timed: Timed,
 ) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event]]:
     """Return the parameters as first written, the later changes, and these as events."""
     first: dict[str, float] = {}
     now: dict[str, float] = {}
-    changes, events = [], []
-    for t, name, value in groups.lines("PARM", "Name", "Value"):
-        if not name.replace("_", "").isalnum() or not np.isfinite(value):
-            continue
-        old = now.setdefault(name, value)
-        first.setdefault(name, value)
+    changes = []
+    for t, name, value in _parameter_news(timed):
+        old = now.get(name, value)
         if value != old:
             changes.append(ParameterChange(t, name, old, value))
-            events.append(Event(t, "parameter", name, None, value))
-            now[name] = value
+        first.setdefault(name, value)
+        now[name] = value
+    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
     return dict(sorted(first.items())), tuple(changes), events
+
+
+def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
+    """Yield in file order where a parameter is not what its record before said: t, name, value."""
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        one = table.layout
+        name, value = one.field("Name"), one.field("Value")
+        if one.name != "PARM" or name is None or value is None or not name.is_text:
+            continue
+        names, which = table.source.codes(table, name)
+        is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])
+        values = np.ascontiguousarray(table.column(value))
+        rows = np.flatnonzero(is_name[which] & np.isfinite(values))
+        # of numbers with 16 bits the order is found in linear time
+        narrow = which.astype(np.uint16) if names.size < 1 << 16 else which
+        order = rows[np.argsort(narrow[rows], kind="stable")]
+        named, said = narrow[order], values[order]
+        is_news = np.ones(order.size, np.bool_)
+        is_news[1:] = (named[1:] != named[:-1]) | (said[1:] != said[:-1])
+        for row in np.sort(order[is_news]).tolist():
+            yield float(times.t[row]), names[which[row]], float(values[row])
 
 
 def vehicle_of(firmware: str | None, values: Mapping[str, float]) -> str:

@@ -12,14 +12,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from functools import cache, lru_cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.formats.gather import gather
+from fdi.telemetry.formats.texts import distinct
 from fdi.units import Conversion, si
 
 Bytes = NDArray[np.uint8]
@@ -38,7 +41,6 @@ _NAME: Final = re.compile(r"[A-Z0-9]{1,4}")
 _LABEL: Final = re.compile(r"[^A-Za-z0-9_]")
 _ARRAY: Final = 32  # entries of the one array character
 _AGREE: Final = 0.8  # share of the file's definitions that a known version must have alike
-_CHUNK: Final = 16 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,43 +104,38 @@ def layout(number: int, name: str, length: int, form: str, labels: str) -> Layou
     return Layout(number, name, length, tuple(fields)) if offset == length else None
 
 
-def headers(data: Bytes, low: int, high: int) -> Ints:
-    """Return where ``A3 95`` stands from low to high."""
-    part = data[low : min(high + 1, data.size)]
-    found: Ints = np.flatnonzero((part[:-1] == 0xA3) & (part[1:] == 0x95)) + low
-    return found
+def defined(data: Bytes, places: Ints) -> tuple[list[Layout], Ints]:
+    """Return the layouts that the file defines, and which definitions define nothing.
 
-
-def defined(data: Bytes) -> list[Layout]:
-    """Return the layouts that the file defines, in its order; repeated ones once."""
-    found: dict[int, Layout] = {}
+    Parameters
+    ----------
+    data : (n,) uint8
+    places : (m,) int, ascending
+        Where headers of definitions stand. One that the file's end cuts defines nothing, but it is
+        no false one either.
+    """
+    places = places[places + FMT_LENGTH <= data.size]
+    bodies = gather(data, places + 3, FMT_LENGTH - 3)
+    first, which = distinct(bodies)
+    each = [definition(bodies[row].tobytes()) for row in first.tolist()]
+    is_false = np.array([one is None for one in each], np.bool_)[which]
+    latest: dict[int, Layout] = {}
     made = []
-    for low in range(0, data.size, _CHUNK):
-        for place in plausible(data, headers(data, low, low + _CHUNK)).tolist():
-            one = definition_at(data, place)
-            if one is None:
-                continue
-            old = found.get(one.number)
-            if old is None or old.shape != one.shape:
-                since = 0 if old is None else place
-                one = Layout(one.number, one.name, one.length, one.fields, since)
-                found[one.number] = one
-                made.append(one)
-    return made
+    # a type's first definition holds from the start, another one from its place on
+    changes = np.flatnonzero(np.diff(which, prepend=-1))
+    for place, i in zip(places[changes].tolist(), which[changes].tolist(), strict=True):
+        one = each[i]
+        old = None if one is None else latest.get(one.number)
+        if one is None or one is old:
+            continue
+        if old is None or old.shape != one.shape:
+            made.append(replace(one, since=0 if old is None else place))
+        latest[one.number] = one
+    return made, places[is_false]
 
 
-def plausible(data: Bytes, at: Ints) -> Ints:
-    """Return those headers that may begin a definition: its bytes are looked at only there."""
-    at = at[at + FMT_LENGTH <= data.size]
-    at = at[data[at + 2] == FMT]
-    name = data[at + 5]
-    found: Ints = at[(name >= 0x30) & (name <= 0x5A) & (data[at + 9] < 0x80)]
-    return found
-
-
-def definition_at(data: Bytes, place: int) -> Layout | None:
-    """Return the layout that the FMT record at a byte defines, None where it is none."""
-    body = data[place + 3 : place + FMT_LENGTH].tobytes()
+def definition(body: bytes) -> Layout | None:
+    """Return the layout that the body of an FMT record defines, None where it is none."""
     name, form, labels = (
         text.split(b"\0")[0].decode("latin-1").strip()
         for text in (body[2:6], body[6:22], body[22:86])
@@ -226,7 +223,8 @@ class Units:
         stated, i = self.of_type.get(one.number), field.index
         if stated is not None and i < len(stated[0]):
             return stated[0][i], stated[1][i : i + 1] or "-"
-        return known_units().get((one.name, field.name, field.character), ("?", "-"))
+        name = numbered(one.name)
+        return known_units().get((name, field.name, field.character), ("?", "-"))
 
     def conversion(self, one: Layout, field: Field) -> Conversion:
         """Return what makes SI of the raw number.
@@ -241,13 +239,35 @@ class Units:
         stated = self.unit.get(unit, "UNKNOWN")
         if field.character == "L":  # Copter 3.6 says "us" of longitudes
             stated = "deg"
-        name, factor, offset = si_unit(stated)
-        return Conversion(name, scale * factor, offset)
+        return _conversion(one.name, field.name, stated, scale)
 
     def instance_field(self, one: Layout) -> Field | None:
         """Return the field that numbers instances."""
         marked = (f for f in one.fields if f.dtype == "u1" and self.characters(one, f)[0] == "#")
         return next(marked, None)
+
+
+@lru_cache(maxsize=4096)
+def _conversion(message: str, field: str, stated: str, scale: float) -> Conversion:
+    name, factor, offset = si_unit(true_unit(numbered(message), field, stated))
+    return Conversion(name, scale * factor, offset)
+
+
+def numbered(name: str) -> str:
+    """Return the name of a message without the instance in it: IMU of IMU2."""
+    key: str = data_table("mavlink_dataflash")["instances"].get(name, name)
+    return key.partition("[")[0]
+
+
+def true_unit(name: str, field: str, stated: str) -> str:
+    """Return the unit of a field where what FMTU states of it is wrong, or nothing."""
+    tables = data_table("units_dataflash")
+    found = dict(tables["wrong"])
+    if stated in ("", "UNKNOWN"):
+        found.update(tables["silent"])
+    matching = (u for pattern, u in found.items() if fnmatchcase(f"{name}.{field}", pattern))
+    unit: str = next(matching, stated)
+    return unit
 
 
 def si_unit(unit: str) -> Conversion:

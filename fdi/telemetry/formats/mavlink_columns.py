@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import mavlink_meaning
 from fdi.telemetry.dialect import FieldDefinition, MessageDefinition
-from fdi.telemetry.formats.mavlink_frames import Frames, gather
+from fdi.telemetry.formats.gather import gather
+from fdi.telemetry.formats.mavlink_frames import Frames
 from fdi.telemetry.message import Column
 from fdi.units import si
 

@@ -35,7 +35,7 @@ _CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in sever
 _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
 _CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f]+")
-_PARAMETER_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,16}")
+PARAMETER_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,16}")
 _FIRMWARE: Final = re.compile(r"\b(Ardu\w+|APM:\w+|Blimp|PX4)\s+(V?\d[\w.\-]*(?: \(\w+\))?)")
 
 
@@ -118,7 +118,7 @@ def parameters(
     now: dict[str, float] = {}
     changes, events = [], []
     for t, name, value in zip(times.tolist(), sent.field("param_id"), values.tolist(), strict=True):
-        if not _PARAMETER_NAME.fullmatch(name) or not np.isfinite(value):
+        if not PARAMETER_NAME.fullmatch(name) or not np.isfinite(value):
             continue
         old = now.setdefault(name, value)
         first.setdefault(name, value)

@@ -15,11 +15,12 @@ FD (v2)    len, incompat, compat, seq, sysid, compid, msgid (3 bytes)     payloa
 CRC-16/MCRF4XX over everything from len to the end of the payload and one CRC_EXTRA byte per
 message. A frame with an incompat bit other than 0x01 (signed) has an unknown length: damage.
 
-Method: every position whose ninth byte is a magic is a candidate. Candidates that join another one
-end to start are checked first (nearly all true ones, hardly a false one), the others only where
-bytes remained uncovered: so the walk resynchronises after any damage, and at the start of the file,
-without a loop over frames. Two bytes a step over all frames of one length. The trap: a frame may
-carry frames in its payload (tunnels); of overlapping ones those that join others win.
+Method: every position whose ninth byte is a magic and whose header can be read is a candidate. One
+that joins another one end to start, of a known message and with a right checksum, is a frame; of
+overlapping ones the first in the file (a frame may carry frames in its payload: tunnels). In what
+bytes remain, lone candidates count too when checksum, length and stamp are right. So the walk
+resynchronises after any damage, and at the start of the file. Numpy looks at all candidates at
+once; the compiled walk (`compiled.walk_frames`) goes from frame to frame and finds the same.
 
 pymavlink loses intact frames where MAVLink 1 and 2 are mixed, and reads nothing from a file whose
 first bytes are not a record: as an oracle it needs these exceptions.
@@ -27,15 +28,16 @@ first bytes are not a record: as an oracle it needs these exceptions.
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import ID_LIMIT, FrameChecks
+from fdi.telemetry.formats.compiled import compiled, walk_frames
+from fdi.telemetry.formats.gather import gather
+from fdi.telemetry.formats.mavlink_checksum import byte_tables, checksum_is_right
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
@@ -43,7 +45,6 @@ Bytes = NDArray[np.uint8]
 
 _V2: Final = 0xFD
 _SCAN_BLOCK: Final = 1 << 22  # bytes searched for a magic at once: bounds the memory for masks
-_CRC_ROWS: Final = 1 << 14  # frames checked at once: the block stays in the cache
 _DAY_US: Final = 86_400_000_000
 
 
@@ -102,181 +103,143 @@ def find_frames(data: Bytes, checks: FrameChecks) -> Frames:
     -----
     Time is linear in the file's size for any content: a candidate costs at most 134 table steps.
     """
-    every = _candidates(data)
-    known = checks.extra[np.minimum(every.number, ID_LIMIT)] >= 0
-    size = checks.size[np.minimum(every.number, ID_LIMIT)]
-    # Only MAVLink 2 can be longer than we know it: newer definitions append extension fields.
-    plausible = known & (every.is_v2 | (every.length <= size)) & (every.end <= data.size)
-    is_start = np.zeros(data.size + 1, np.bool_)
-    is_start[every.start] = True
-    is_end = np.zeros(data.size + 1, np.bool_)
-    is_end[every.end[plausible]] = True
-    inside = np.minimum(every.end, data.size)
-    joined = plausible & ((is_start[inside] & (every.end <= data.size)) | is_end[every.start])
-    rows = np.flatnonzero(joined)
-    good = every[rows[_checksum_is_right(data, every[rows], checks)]]
-    good = good[_disjoint(good)]
-
-    rest = np.flatnonzero(plausible & ~joined & (every.length <= size))
-    rest = rest[_is_uncovered(every[rest], good)]
-    lone = every[rest[_checksum_is_right(data, every[rest], checks)]]
-    lone = lone[_has_plausible_stamp(data, lone, good)]
-    if lone.start.size:
-        good = _merge(good, lone[_disjoint(lone)])
-    return _describe(data, good, _damage(data.size, good, every, checks))
+    walk = compiled(walk_frames, data.size)
+    if walk is None:
+        others = _candidates(data, _magic_places(data))
+        start = _joined_frames(data, others, checks)
+    else:
+        start, places = walk(data, checks.extra, checks.size, byte_tables())
+        others = _candidates(data, places)
+    frames = _describe(data, start)
+    lone = _lone_frames(data, others, frames, checks)
+    if lone.size:
+        frames = _describe(data, np.sort(np.concatenate((start, lone))))
+    return replace(frames, damage=_damage(frames, others, checks))
 
 
-def _candidates(data: Bytes) -> _Candidates:
+def _magic_places(data: Bytes) -> Ints:
+    """Return where records may begin: eight bytes before every magic, room for a frame behind."""
     found = [np.empty(0, np.int64)]
-    for low in range(8, data.size, _SCAN_BLOCK):
-        block = data[low : low + _SCAN_BLOCK]
+    for low in range(8, data.size - 7, _SCAN_BLOCK):
+        block = data[low : min(low + _SCAN_BLOCK, data.size - 7)]
         found.append(np.flatnonzero((block - np.uint8(_V2)) < 2) + (low - 8))  # FD, FE -> 0, 1
-    start = np.concatenate(found)
-    start = start[start + 16 <= data.size]
-    is_v2 = data[start + 8] == _V2
-    fits = ~is_v2 | (start + 20 <= data.size)
-    start, is_v2 = start[fits], is_v2[fits]
-    flags = np.where(is_v2, data[start + 10], 0)
-    readable = (flags & 0xFE) == 0
-    start, is_v2, flags = start[readable], is_v2[readable], flags[readable]
-    length = data[start + 9]
-    number = data[start + 13].astype(np.int32)
-    at = start[is_v2]
-    number[is_v2] = (
-        data[at + 15].astype(np.int32)
-        | data[at + 16].astype(np.int32) << 8
-        | data[at + 17].astype(np.int32) << 16
-    )
-    end = start + np.where(is_v2, 20, 16) + length + 13 * flags.astype(np.int64)
+    return np.concatenate(found)
+
+
+def _candidates(data: Bytes, start: Ints) -> _Candidates:
+    """Return what the headers at these places say, where they can be read."""
+    head = gather(data, start + 8, 10)
+    is_v2 = head[:, 0] == _V2
+    is_cut = start + 20 > data.size
+    readable = ~is_v2 | ~(is_cut | (head[:, 2] & 0xFE != 0))
+    if not readable.all():
+        start, head, is_v2 = start[readable], head[readable], is_v2[readable]
+    length, number = head[:, 1].copy(), _numbers(head, is_v2)
+    end = start + length
+    end += np.where(is_v2, np.uint8(20) + np.uint8(13) * head[:, 2], np.uint8(16))
     return _Candidates(start, end, is_v2, length, number)
 
 
-@cache
-def _crc_tables() -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-    """Return the tables for one byte (256) and for two bytes a step (65536)."""
-    one = np.arange(256, dtype=np.uint16)
-    for _ in range(8):
-        one = np.where(one & 1, (one >> 1) ^ np.uint16(0x8408), one >> 1).astype(np.uint16)
-    two = np.arange(65536, dtype=np.uint16)
-    for _ in range(2):
-        two = (two >> 8) ^ one[two & 0xFF]
-    one.flags.writeable = two.flags.writeable = False
-    return one, two
+def _numbers(head: Bytes, is_v2: Mask) -> NDArray[np.int32]:
+    number = head[:, 5].astype(np.int32)
+    if is_v2.any():
+        long = head[:, 7].astype(np.int32)
+        long |= head[:, 8].astype(np.int32) << 8
+        long |= head[:, 9].astype(np.int32) << 16
+        number = np.where(is_v2, long, number)
+    return number
 
 
-def _checksum_is_right(data: Bytes, frames: _Candidates, checks: FrameChecks) -> Mask:
-    covered = frames.length.astype(np.int16) + np.where(frames.is_v2, 9, 5).astype(np.int16)
-    right = np.zeros(covered.size, np.bool_)
-    order = np.argsort(covered, kind="stable")
-    bounds = np.flatnonzero(np.diff(covered[order], prepend=-1, append=-1))
-    for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        for first in range(low, high, _CRC_ROWS):
-            rows = order[first : min(first + _CRC_ROWS, high)]
-            at, count = frames.start[rows] + 9, int(covered[order[low]])
-            extra = checks.extra[frames.number[rows]].astype(np.uint16)
-            stored = data[at + count] | data[at + count + 1].astype(np.uint16) << 8
-            right[rows] = _crc(data, at, count, extra) == stored
-    return right
+def _joined_frames(data: Bytes, every: _Candidates, checks: FrameChecks) -> Ints:
+    """Return where frames begin that join other candidates."""
+    place = np.minimum(every.number, ID_LIMIT)
+    # Only MAVLink 2 can be longer than we know it: newer definitions append extension fields.
+    plausible = (checks.extra[place] >= 0) & (every.end <= data.size)
+    plausible &= every.is_v2 | (every.length <= checks.size[place])
+    marks = np.zeros(data.size + 1, np.uint8)
+    marks[every.start] = 1
+    end = np.minimum(every.end, data.size)
+    joined = marks[end] == 1
+    marks[end[plausible]] = 2
+    joined |= marks[every.start] == 2
+    rows = np.flatnonzero(joined & plausible)
+    rows = rows[_checksums(data, every, rows, checks)]
+    return every.start[rows[_disjoint(every.start[rows], every.end[rows])]]
 
 
-def _crc(data: Bytes, at: Ints, count: int, extra: NDArray[np.uint16]) -> NDArray[np.uint16]:
-    one, two = _crc_tables()
-    crc = np.full(at.size, 0xFFFF, np.uint16)
-    block = gather(data, at, count)
-    if count % 2:
-        crc = (crc >> 8) ^ one[(crc ^ block[:, 0]) & 0xFF]
-        block = np.ascontiguousarray(block[:, 1:])
-    for word in np.ascontiguousarray(block.view("<u2").T):
-        crc = two.take(crc ^ word)
-    done: NDArray[np.uint16] = (crc >> 8) ^ one[(crc ^ extra) & 0xFF]
-    return done
+def _checksums(data: Bytes, frames: _Candidates, rows: Ints, checks: FrameChecks) -> Mask:
+    covered = frames.length[rows].astype(np.int16)
+    covered += np.where(frames.is_v2[rows], np.int16(9), np.int16(5))
+    return checksum_is_right(data, frames.start[rows] + 9, covered, frames.number[rows], checks)
 
 
-def gather(data: Bytes, at: Ints, count: int) -> Bytes:
-    """Return (m, count) bytes: row i is data[at[i] : at[i] + count], which must lie inside."""
-    if not at.size or not count:
-        return np.zeros((at.size, count), np.uint8)
-    windows: NDArray[np.void] = np.ndarray(
-        (data.size - count + 1,), f"V{count}", buffer=data, strides=(1,)
-    )
-    return windows[at].view(np.uint8).reshape(-1, count)
-
-
-def _disjoint(frames: _Candidates) -> Ints:
-    """Return the rows of frames that do not overlap; where they do, those that join others win."""
-    start, end = frames.start, frames.end
-    reach = np.maximum.accumulate(end) if end.size else end
-    clash = start[1:] < reach[:-1]
-    if not clash.any():
-        return np.arange(start.size)
-    # Clusters of overlapping frames are rare and short, so the loop is over these places only.
-    joins = np.isin(start, end).astype(np.int64) + np.isin(end, start)
+def _disjoint(start: Ints, end: Ints) -> Ints:
+    """Return the rows of frames that do not overlap; where they do, the first in the file wins."""
+    if not start.size:
+        return np.empty(0, np.int64)
+    clash = start[1:] < np.maximum.accumulate(end)[:-1]
     keep = np.ones(start.size, np.bool_)
-    cluster = np.cumsum(np.concatenate(([True], ~clash)))
-    for number in np.unique(cluster[1:][clash]):
-        low, high = np.searchsorted(cluster, [number, number + 1])
-        keep[low:high] = False
-        taken: list[tuple[int, int]] = []
-        for row in sorted(range(low, high), key=lambda r: (-joins[r], start[r])):
-            span = int(start[row]), int(end[row])
-            place = bisect_left(taken, span)
-            before = taken[place - 1][1] if place else 0
-            after = taken[place][0] if place < len(taken) else span[1]
-            if before <= span[0] and span[1] <= after:
-                taken.insert(place, span)
-                keep[row] = True
+    edges = np.flatnonzero(np.diff(clash, prepend=False, append=False))
+    # runs of overlapping frames are rare and short, so the loop is over these places only
+    for low, high in zip(edges[::2].tolist(), (edges[1::2] + 1).tolist(), strict=True):
+        reach = 0
+        for row in range(low, high):
+            keep[row] = start[row] >= reach
+            reach = max(reach, int(end[row]) * bool(keep[row]))
     return np.flatnonzero(keep)
 
 
-def _is_uncovered(frames: _Candidates, good: _Candidates) -> Mask:
-    """Return which frames touch no good frame."""
-    if not good.start.size:
-        return np.ones(frames.start.size, np.bool_)
-    before = np.searchsorted(good.start, frames.start, side="right") - 1
-    free_before = (before < 0) | (good.end[np.maximum(before, 0)] <= frames.start)
-    last = good.start.size - 1
-    free_after = (before == last) | (good.start[np.minimum(before + 1, last)] >= frames.end)
-    free: Mask = free_before & free_after
+def _lone_frames(data: Bytes, others: _Candidates, good: Frames, checks: FrameChecks) -> Ints:
+    """Return where frames begin that join no other, in the bytes that remain."""
+    free = _between(good, others)
+    place = np.minimum(others.number[free], ID_LIMIT)
+    plausible = (checks.extra[place] >= 0) & (others.end[free] <= data.size)
+    free = free[plausible & (others.length[free] <= checks.size[place])]
+    lone = others[free[_checksums(data, others, free, checks)]]
+    lone = lone[_has_plausible_stamp(data, lone, good)]
+    return lone.start[_disjoint(lone.start, lone.end)]
+
+
+def _between(good: Frames, others: _Candidates) -> Ints:
+    """Return the rows of candidates that touch no good frame."""
+    low, high = _gaps(good)
+    first = np.searchsorted(others.start, low)
+    count = np.searchsorted(others.start, high) - first
+    rows = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+    free: Ints = rows[others.end[rows] <= np.repeat(high, count)]
     return free
 
 
-def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: _Candidates) -> Mask:
+def _gaps(good: Frames) -> tuple[Ints, Ints]:
+    """Return where the byte ranges between good frames begin and end."""
+    low = np.concatenate(([0], _ends(good)))
+    high = np.concatenate((good.start, [good.data.size]))
+    rows = np.flatnonzero(high > low)
+    return low[rows], high[rows]
+
+
+def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: Frames) -> Mask:
     """Return which lone frames have a stamp of this recording (chance hits do not)."""
-    if not good.start.size:
+    if not good.start.size or not lone.start.size:
         return np.ones(lone.start.size, np.bool_)
-    stamps, known = _stamps(data, lone.start), _stamps(data, good.start)
-    low, high = np.quantile(known, [0.01, 0.99])
+    stamps = _stamps(gather(data, lone.start, 8))
+    low, high = np.quantile(good.stamp_us, [0.01, 0.99])
     near: Mask = (stamps >= low - _DAY_US) & (stamps <= high + _DAY_US)
     return near
 
 
-def _stamps(data: Bytes, start: Ints) -> NDArray[np.uint64]:
-    return gather(data, start, 8).view(">u8").astype(np.uint64).reshape(-1)
+def _stamps(eight: Bytes) -> NDArray[np.uint64]:
+    return np.ascontiguousarray(eight).view(">u8").reshape(-1).astype(np.uint64)
 
 
-def _merge(first: _Candidates, second: _Candidates) -> _Candidates:
-    both = _Candidates(
-        np.concatenate((first.start, second.start)),
-        np.concatenate((first.end, second.end)),
-        np.concatenate((first.is_v2, second.is_v2)),
-        np.concatenate((first.length, second.length)),
-        np.concatenate((first.number, second.number)),
-    )
-    return both[np.argsort(both.start, kind="stable")]
-
-
-def _damage(
-    size: int, good: _Candidates, every: _Candidates, checks: FrameChecks
-) -> tuple[Damage, ...]:
+def _damage(good: Frames, every: _Candidates, checks: FrameChecks) -> tuple[Damage, ...]:
     """Return what lies between good frames: records of unknown kind or wrong checksum, or bytes.
 
     A record is skipped by its length only where no good frame starts inside: the gaps guarantee it.
     """
-    low = np.concatenate(([0], good.end))
-    high = np.concatenate((good.start, [size]))
+    size = good.data.size
     found: list[Damage] = []
-    for row in np.flatnonzero(high > low).tolist():
-        at, stop = int(low[row]), int(high[row])
+    for at, stop in zip(*(edge.tolist() for edge in _gaps(good)), strict=True):
         while at < stop:
             place = int(np.searchsorted(every.start, at))
             is_here = place < every.start.size and every.start[place] == at
@@ -294,18 +257,36 @@ def _damage(
     return tuple(found)
 
 
-def _describe(data: Bytes, good: _Candidates, damage: tuple[Damage, ...]) -> Frames:
-    at, shift = good.start, np.where(good.is_v2, 2, 0)
+def _describe(data: Bytes, start: Ints) -> Frames:
+    """Return the frames that begin at these places, without the damage."""
+    head = gather(data, start, 18)
+    is_v2 = head[:, 8] == _V2
+    if is_v2.all() or not is_v2.any():
+        shift = 2 if is_v2.any() else 0
+        sequence, system, component = (head[:, 10 + shift + k].copy() for k in range(3))
+        payload = start + (14 + 2 * shift)
+    else:
+        sequence, system, component = (
+            np.where(is_v2, head[:, 12 + k], head[:, 10 + k]) for k in range(3)
+        )
+        payload = start + np.where(is_v2, np.uint8(18), np.uint8(14))
     return Frames(
         data,
-        at,
-        at + np.where(good.is_v2, 18, 14),
-        good.length,
-        np.where(good.is_v2, 2, 1).astype(np.uint8),
-        good.number,
-        data[at + 10 + shift],
-        data[at + 11 + shift],
-        data[at + 12 + shift],
-        _stamps(data, at),
-        damage,
+        start,
+        payload,
+        head[:, 9].copy(),
+        np.where(is_v2, np.uint8(2), np.uint8(1)),
+        _numbers(head[:, 8:], is_v2),
+        sequence,
+        system,
+        component,
+        _stamps(head[:, :8]),
+        (),
     )
+
+
+def _ends(frames: Frames) -> Ints:
+    """Return where the records end."""
+    end = frames.payload + frames.length + 2
+    is_signed = (frames.version == 2) & (frames.data[frames.start + 10] & 1 == 1)
+    return end + 13 * is_signed if is_signed.any() else end

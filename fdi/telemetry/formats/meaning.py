@@ -1,160 +1,329 @@
 """Which MAVLink messages would have said what a log of another format says?
 
-In: the log's own messages. Out: messages with MAVLink's names and signs, so that a model written
-for telemetry runs on a `.bin` or `.ulg`. What corresponds stands in ``data/mavlink_dataflash.json``
-and ``data/mavlink_ulog.json``.
+In: the log's own messages. Out: messages with MAVLink's names, units and signs, so that a model
+written for telemetry runs on a `.bin` or `.ulg`. What corresponds stands in
+``data/mavlink_dataflash.json`` and ``data/mavlink_ulog.json``, written as `meaning_sources` tells.
 
-Such a message has the records of one message of the log, its base. Fields of another message are
-interpolated between two of its records that are no gap apart, unknown elsewhere. A field whose
-unit is not the one MAVLink's has in SI is left out rather than guessed.
+Such a message has the records of one message of the log, its base. What another message says is
+interpolated between two of its records that are no gap apart, unknown elsewhere; counts and flags
+are held instead. A source whose unit is not the field's is left out rather than guessed. ``raw`` of
+such a field is what MAVLink would send, unrounded, NaN where unknown.
+
+Nothing is decoded before a field is asked for. The trap: a log has more of these columns than of
+its own, so whoever looks at all of them (`Log.channels`) must not make them stay in memory.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
-from dataclasses import replace
-from functools import partial
-from typing import Any, Final
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fdi.telemetry.catalogue import data_table, mavlink_meaning
-from fdi.telemetry.dialect import definition_by_name
+from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.formats.meaning_sources import (
+    FUNCTIONS,
+    Read,
+    Source,
+    Term,
+    expanded,
+    source,
+    wrap,
+)
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.units import Conversion, si
 
 _GAP_S: Final = 1.0  # as when a model's grid is filled: max(1 s, 3 periods)
 _GAP_PERIODS: Final = 3.0
-_VECTOR: Final = re.compile(r"(norm|from)\((.+),(.+)\)")
-_PERCENT: Final = ("plane", "vtol")  # their CTUN.ThO is a percentage without a unit
+_INSTANCES: Final = 9  # of one message, at most (ESCs, estimators of PX4)
+_ELEMENTS: Final = 4  # of a quaternion
+_SILENT: Final = ("", "UNKNOWN")  # SI unit of a field whose unit the log does not state
 
 Messages = Mapping[str, Message]
 
 
-def as_mavlink(own: Messages, vehicle: str, *, table: str, autopilot: str) -> dict[str, Message]:
+@dataclass(frozen=True, slots=True)
+class _Field:
+    name: str
+    conversion: Conversion  # from what MAVLink sends
+    sources: tuple[Source, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Silence:
+    """What MAVLink says of a sensor that is silent for ``after`` s while ``beside`` goes on."""
+
+    after: float
+    beside: str
+    fields: Mapping[str, float]  # what is sent; all others are unknown
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """One MAVLink message of a table."""
+
+    key: str
+    base: tuple[tuple[str, str | None], ...]  # key and group of vehicles
+    fields: tuple[_Field, ...]
+    silence: _Silence | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """A source in a log: the messages that it reads by key, and whose records it has."""
+
+    source: Source
+    home: Message
+    messages: Messages
+
+
+def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]:
     """Return the MAVLink messages that can be made of the log's own, by key.
+
+    A message that an old firmware numbers in its name (``IMU2``) comes under the key that newer
+    ones give it (``IMU[1]``) as well.
 
     Parameters
     ----------
     own : Mapping[str, Message]
         By key.
-    vehicle, autopilot : str
+    vehicle : str
         As in `Log`.
     table : str
         Which of the tables in ``data/`` says what corresponds: ``mavlink_dataflash``,
         ``mavlink_ulog``.
     """
-    made = {}
-    for key, row in data_table(table)["messages"].items():
-        base = next((own[name] for name in row["base"] if name in own), None)
-        if base is None or vehicle not in row.get("vehicles", (vehicle,)):
+    groups: Mapping[str, list[str]] = data_table(table)["groups"]
+    made = _numbered(own, data_table(table)["instances"])
+    known = {**made, **own}
+    for row in _rows(table):
+        for_it = (name for name, group in row.base if group is None or vehicle in groups[group])
+        base = next((known[name] for name in for_it if name in known), None)
+        if base is None:
             continue
-        name, _, number = key.partition("[")
         columns = {}
-        for field, sources in row["fields"].items():
-            unit = _unit(name, field, vehicle, autopilot)
-            found = (_column(own, base, source, unit, vehicle, table) for source in sources)
-            column = next((c for c in found if c is not None), None)
-            if column is not None:
-                columns[field] = column
+        for field in row.fields:
+            fitting = (s for s in field.sources if s.group is None or vehicle in groups[s.group])
+            found = (_find(s, known, base, field.conversion.unit) for s in fitting)
+            first = next((f for f in found if f is not None), None)
+            if first is not None:
+                load = partial(_sent, first, base, field.conversion)
+                columns[field.name] = Column(load, field.conversion)
         if columns:
-            instance = int(number[:-1]) if number else None
-            made[key] = replace(
-                base,
-                name=name,
-                instance=instance,
-                columns=columns,
-                made_from=base.key,
-                _cache={},
-            )
+            message = replace(_named(base, row.key), columns=columns, _cache={})
+            made[row.key] = _with_silence(message, row.silence, known)
     return made
 
 
-def _unit(message: str, field: str, vehicle: str, autopilot: str) -> str:
-    """Return the SI unit of a MAVLink field."""
-    known = definition_by_name(message)
-    bare = field.partition("[")[0]
-    stated = "" if known is None else next(f.unit for f in known.fields if f.name == bare)
-    meaning = mavlink_meaning(message, bare, stated, autopilot=autopilot, vehicle=vehicle)
-    return si(meaning.unit).unit
+@cache
+def _rows(table: str) -> tuple[_Row, ...]:
+    rows = []
+    for key, row in data_table(table)["messages"].items():
+        fields = tuple(
+            _Field(name, si(unit), tuple(map(source, texts)))
+            for name, (unit, *texts) in expanded(row["fields"])
+        )
+        silence = _Silence(**row["silence"]) if "silence" in row else None
+        base = tuple(
+            (name, group or None)
+            for name, _, group in (text.partition(" on ") for text in row["base"])
+        )
+        rows.append(_Row(key, base, fields, silence))
+    return tuple(rows)
 
 
-def _column(
-    own: Messages, base: Message, source: str, unit: str, vehicle: str, table: str
-) -> Column | None:
-    vector = _VECTOR.fullmatch(source)
-    if vector is not None:
-        pair = [_source(own, text, vehicle, table) for text in vector.groups()[1:]]
-        (first, conversion), (second, _) = pair[0] or (None, None), pair[1] or (None, None)
-        if first is not base or second is not base or conversion is None:
+def _numbered(own: Messages, names: Mapping[str, str]) -> dict[str, Message]:
+    """Return messages with a number in their name under the key that newer firmware gives them."""
+    old = {key: new for key, new in names.items() if key in own and new not in own}
+    return {new: _named(own[key], new) for key, new in old.items()}
+
+
+def _named(message: Message, key: str) -> Message:
+    name, _, number = key.partition("[")
+    instance = int(number[:-1]) if number else None
+    return replace(
+        message, name=name, instance=instance, made_from=message.made_from or message.key
+    )
+
+
+def _with_silence(message: Message, silence: _Silence | None, known: Messages) -> Message:
+    """Return the message with records of silence, at its own rate, where another one goes on."""
+    beside = known.get(silence.beside) if silence is not None else None
+    if silence is None or beside is None or len(message) < 2 or not len(beside):
+        return message
+    t, there = message.t, beside.t
+    period = float(np.median(np.diff(t)))
+    ends = np.append(t, there[-1])
+    since = np.clip(np.searchsorted(t, there, side="right") - 1, 0, None)  # the record before
+    is_long = np.diff(ends, append=ends[-1]) > max(silence.after, _GAP_PERIODS * period)
+    late, ahead = there - t[since], ends[since + 1] - there
+    rows = np.flatnonzero(is_long[since] & (late > 1.5 * period) & (ahead > 0.5 * period))
+    rows = rows[np.diff(np.floor(late[rows] / period), prepend=-1.0) != 0]
+    share = (
+        np.bincount(since[rows], minlength=t.size) * period
+    )  # of the silence, in which it goes on
+    rows = rows[share[since[rows]] > silence.after / 2]
+    if not rows.size:
+        return message
+    joined = np.concatenate((t, there[rows]))
+    order = np.argsort(joined, kind="stable")
+    old = message.stamp.size
+    kept = np.concatenate((message.kept, old + np.arange(rows.size)))[order]
+    stamp = np.concatenate((message.stamp, beside.stamp[beside.kept[rows]]))
+    columns = {
+        name: replace(
+            column, load=partial(_followed, column.load, silence.fields.get(name), rows.size)
+        )
+        for name, column in message.columns.items()
+    }
+    return replace(message, t=joined[order], stamp=stamp, kept=kept, columns=columns, _cache={})
+
+
+def _followed(load: Callable[[], Floats], value: float | None, count: int) -> Floats:
+    return np.concatenate((load(), np.full(count, np.nan if value is None else value)))
+
+
+def _find(wanted: Source, known: Messages, base: Message, unit: str) -> _Found | None:
+    """Return the source in this log, None where the log lacks a part or the unit does not fit."""
+    messages: dict[str, Message] = {}
+    for term in wanted.terms:
+        for read in term.reads:
+            message = known.get(read.key)
+            if message is None or any(not _has(message, name) for name in _labels(term, read)):
+                return None
+            messages[read.key] = message
+            if read.chooser is not None:
+                messages |= _choices(read, known)
+        if term.reads and _unit(term, messages, wanted.unit) != unit:
             return None
-        fields = [text.partition(".")[2] for text in vector.groups()[1:]]
-        return Column(partial(_vector, base, vector[1], fields), Conversion(unit))
-    sign = -1.0 if source.startswith("-") else 1.0
-    source = source.removeprefix("-")
-    found = _source(own, source, vehicle, table)
-    if found is None or found[1].unit != unit:
+    conditions = tuple(c for c in wanted.conditions if _is_there(c.read, known))
+    messages |= {c.read.key: known[c.read.key] for c in conditions}
+    home = next((messages[read.key] for read in wanted.reads), base)
+    return _Found(replace(wanted, conditions=conditions), home, messages)
+
+
+def _is_there(read: Read, known: Messages) -> bool:
+    return read.key in known and _has(known[read.key], read.field)
+
+
+def _has(message: Message, field: str) -> bool:
+    return field in message and not message.columns[field].is_text
+
+
+def _labels(term: Term, read: Read) -> tuple[str, ...]:
+    """Return the fields that a reading means: itself, or the elements of an array."""
+    if term.function is not None and FUNCTIONS[term.function].is_of_array:
+        return tuple(f"{read.field}[{i}]" for i in range(_ELEMENTS))
+    return (read.field,)
+
+
+def _choices(read: Read, known: Messages) -> dict[str, Message]:
+    """Return the instances among which a field chooses, and that field's message."""
+    assert read.chooser is not None
+    chooser, field = read.chooser
+    others = (f"{read.message}[{i}]" for i in range(1, _INSTANCES))
+    found = {key: known[key] for key in others if key in known and _has(known[key], read.field)}
+    if found and chooser in known and _has(known[chooser], field):
+        return {**found, chooser: known[chooser]}
+    return {}
+
+
+def _unit(term: Term, messages: Messages, stated: str | None) -> str | None:
+    """Return the SI unit of a term, None where its function does not take what it is given."""
+    units = []
+    for read in term.reads:
+        own = messages[read.key].unit(_labels(term, read)[0])
+        units.append(own if own not in _SILENT else si(stated or "").unit)
+    function = FUNCTIONS[term.function] if term.function else None
+    if function is not None and function.takes is not None and tuple(units) != function.takes:
         return None
-    message, conversion = found
-    field = source.partition(".")[2]
-    if message is base:
-        _, scale, offset = conversion
-        turned = Conversion(unit, sign * scale, sign * offset)
-        invalid = data_table(table)["invalid"].get(f"{message.name}.{field}", ())
-        return replace(message.columns[field], conversion=turned, invalid=tuple(invalid))
-    factor = sign * conversion.scale / message.columns[field].conversion.scale
-    return Column(partial(_interpolated, base, message, field, factor), Conversion(unit))
+    if function is not None and function.gives is not None:
+        return function.gives
+    return units[0] if len(set(units)) == 1 else None
 
 
-def _source(
-    own: Messages, text: str, vehicle: str, table: str
-) -> tuple[Message, Conversion] | None:
-    """Return the message of a field and the field's conversion, None where the log has none."""
-    key, _, field = text.partition(".")
-    message = own.get(key)
-    if message is None or field not in message or message.columns[field].is_text:
-        return None
-    conversion = message.columns[field].conversion
-    plain = f"{message.name}.{field}"
-    stated = data_table(table)["unit"].get(plain)
-    if stated is not None and conversion.unit != stated:
-        conversion = conversion._replace(unit=stated)
-    if plain == "CTUN.ThO" and vehicle in _PERCENT and conversion.scale == 1.0:
-        conversion = conversion._replace(unit="", scale=0.01)
-    return message, conversion
+def _sent(found: _Found, base: Message, conversion: Conversion) -> Floats:
+    """Return what MAVLink would send, unrounded, at the records of the base."""
+    values = _onto(base, found.home, _total(found), conversion.unit)
+    with np.errstate(over="ignore"):  # damaged values may be of any size
+        sent: Floats = (values - conversion.offset) / conversion.scale
+    return sent
 
 
-def _vector(base: Message, kind: str, fields: list[str]) -> Floats:
-    north, east = (base.si_of_records(field) for field in fields)
-    size: Floats = np.hypot(north, east)
-    origin: Floats = np.arctan2(-east, -north) % (2 * np.pi)
-    return size if kind == "norm" else origin
+def _total(found: _Found) -> Floats:
+    """Return a source's value in SI at the records of its home."""
+    total = np.zeros(found.home.stamp.size)
+    with np.errstate(invalid="ignore", over="ignore"):
+        for term in found.source.terms:
+            total += term.factor * _term(term, found)
+        for condition in found.source.conditions:
+            holds = condition.compare(_read(condition.read, found), condition.number)
+            total[~holds] = np.nan
+    return total
 
 
-def _interpolated(base: Message, message: Message, field: str, factor: float) -> NDArray[Any]:
-    """Return a field of another message at the base's records, NaN beyond its own."""
-    at = np.full(base.stamp.size, np.nan)
-    at[base.kept] = base.t
-    values = message.si(field) * factor
-    t = message.t
-    if t.size < 2:
-        return np.full(at.size, np.nan)
-    is_angle = message.unit(field) == "rad"
+def _term(term: Term, found: _Found) -> Floats | float:
+    if not term.reads:
+        return 1.0
+    values = [
+        _read(replace(read, field=label), found)
+        for read in term.reads
+        for label in _labels(term, read)
+    ]
+    if term.function is None:
+        return values[0]
+    return FUNCTIONS[term.function].kernel(*values)
+
+
+def _read(read: Read, found: _Found) -> Floats:
+    """Return a reading in SI at the records of the source's home."""
+    value = _one(found.messages[read.key], read.field, found)
+    if read.chooser is None or read.chooser[0] not in found.messages:
+        return value
+    chosen = _one(found.messages[read.chooser[0]], read.chooser[1], found)
+    for number in range(1, _INSTANCES):
+        other = found.messages.get(f"{read.message}[{number}]")
+        if other is not None and np.any(chosen == number):
+            value = np.where(chosen == number, _one(other, read.field, found), value)
+    return value
+
+
+def _one(message: Message, field: str, found: _Found) -> Floats:
+    values, unit = message.glance(field), message.unit(field)
+    if unit in _SILENT:
+        unit, scale, offset = si(found.source.unit or "")
+        values = values * scale + offset
+    return _onto(found.home, message, values, unit)
+
+
+def _onto(base: Message, message: Message, values: Floats, unit: str) -> Floats:
+    """Return values (one per record of a message) at the records of another.
+
+    Between two known values that are no gap apart: on the line, angles on the circle, whole numbers
+    without a unit (counts, flags) as the one before. Elsewhere unknown.
+    """
+    if message.t is base.t:
+        return values
+    made = np.full(base.stamp.size, np.nan)
+    at, values = base.t, values[message.kept]
     known = np.isfinite(values)
-    t, values = t[known], values[known]
-    if t.size < 2:
-        return np.full(at.size, np.nan)
-    values_below_zero = bool(np.any(values < 0))  # the field counts from -pi, not from 0
-    if is_angle:
-        values = np.unwrap(values)
-    made: Floats = np.interp(at, t, values, left=np.nan, right=np.nan)
-    right = np.clip(np.searchsorted(t, at), 1, t.size - 1)
-    step = np.diff(t)
-    made[step[right - 1] > max(_GAP_S, _GAP_PERIODS * float(np.median(step)))] = np.nan
-    if is_angle:
-        made = made % (2 * np.pi)
-        if values_below_zero:
-            made = np.where(made > np.pi, made - 2 * np.pi, made)
+    t, values = message.t[known], values[known]
+    if t.size < 2 or not at.size:
+        return made
+    right = np.clip(np.searchsorted(t, at, side="right"), 1, t.size - 1)
+    step = t[right] - t[right - 1]
+    inside = (at >= t[0]) & (at <= t[-1])
+    inside &= step <= max(_GAP_S, _GAP_PERIODS * float(np.median(np.diff(t))))
+    weight = (at - t[right - 1]) / step
+    rise = values[right] - values[right - 1]
+    if unit == "rad":
+        rise = wrap(rise)
+    elif not unit and np.array_equal(values, np.rint(values)):
+        weight = np.floor(weight)
+    between = values[right - 1] + weight * rise
+    if unit == "rad":  # counted from -pi or from 0, as the records are
+        between = wrap(between) if np.any(values < 0) else between % (2 * np.pi)
+    made[base.kept] = np.where(inside, between, np.nan)
     return made

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -135,8 +134,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     return Log(
         path,
         "tlog",
-        int(data.size),
-        _digest(data),
+        data,
         _duration(line),
         span,
         MappingProxyType(messages),
@@ -152,13 +150,6 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         vehicle.system,
         tuple(_sources(groups, frames, known, vehicle)),
     )
-
-
-def _digest(data: NDArray[np.uint8]) -> str:
-    digest = sha256()
-    for low in range(0, data.size, _SNIFF):
-        digest.update(data[low : low + _SNIFF].tobytes())
-    return digest.hexdigest()
 
 
 def _place(record: QualityRecord) -> tuple[float, str, str]:

@@ -26,6 +26,8 @@ REASONS: Final = {
     "corrected": "values whose stated unit is wrong or missing, corrected by the table",
     "multiplier": "values with a multiplier of the file that the reference reader leaves out",
     "binary": "texts of FILE.Data, which are binary",
+    "padding": "bytes between the fields of a record, which hold nothing",
+    "characters": "characters of texts, which the reference reader shows as numbers",
     "absent": "extension fields that MAVLink 1 did not send",
 }
 

@@ -17,7 +17,7 @@ from typing import Any, Final
 from pymavlink import DFReader
 
 from fdi.telemetry import Log, Message, read
-from fdi.telemetry.formats.dataflash_layouts import si_unit
+from fdi.telemetry.formats.dataflash_layouts import numbered, si_unit, true_unit
 from fdi.units import Conversion
 
 from .comparison import Comparison
@@ -35,7 +35,9 @@ class _Units:
     multiplier: Mapping[str, float]
     of_message: Mapping[str, tuple[str, str]]
 
-    def conversion(self, name: str, index: int, character: str) -> tuple[Conversion | None, str]:
+    def conversion(
+        self, name: str, label: str, index: int, character: str
+    ) -> tuple[Conversion | None, str]:
         """Return what the file says that a field is in SI, and which reason applies."""
         units, multipliers = self.of_message.get(name, ("", ""))
         if index >= len(units) or units[index] not in self.unit:
@@ -45,7 +47,10 @@ class _Units:
         if character not in LEGACY and stated and stated not in "-?":
             scale = self.multiplier.get(stated, 1.0)
             reason = "multiplier" if scale != 1 else ""
-        unit = si_unit(self.unit[units[index]])
+        said = self.unit[units[index]]
+        true = true_unit(numbered(name), label, said)
+        reason = reason if true == said else "corrected"
+        unit = si_unit(true)
         return Conversion(unit.unit, scale * unit.scale, unit.offset), reason
 
 
@@ -73,7 +78,7 @@ def _parts(
     log: Log, name: str, records: Sequence[Any], found: Comparison
 ) -> Iterator[tuple[Message, Sequence[Any]]]:
     """Yield our message of each instance with the records that belong to it."""
-    ours = [m for m in log.messages.values() if m.name == name]
+    ours = [m for m in log.messages.values() if m.name == name and m.made_from is None]
     total = sum(m.stamp.size for m in ours)
     if not found.demand(total == len(records), f"{name}: {total} for {len(records)} records"):
         return
@@ -113,7 +118,8 @@ def _compare_message(
                 next(names)
                 continue
             columns = [[_text(value) for value in values]]
-        stated, reason = units.conversion(ours.name, index, character)
+        label = theirs[0].fmt.columns[index] if index < len(theirs[0].fmt.columns) else ""
+        stated, reason = units.conversion(ours.name, label, index, character)
         for name, column in zip(islice(names, len(columns)), columns, strict=True):
             found.compare_raw(ours, name, column)
             if character in TEXT:

@@ -62,6 +62,28 @@ def compare_ulog(path: Path) -> Comparison:
         key = f"{topic}[{instance}]" if instance else topic
         if field == "timestamp":
             found.records += values.size
-        if found.demand(key in log, f"we lack {key}"):
-            found.compare_raw(log[key], field, values)
+        if not found.demand(key in log, f"we lack {key}"):
+            continue
+        message, whole = log[key], field.rpartition("[")[0]
+        if "_padding" in field:
+            found.explained["padding"] += values.size
+        elif whole in message and message.columns[whole].is_text:
+            place = int(field[len(whole) + 1 : -1])
+            texts = message.raw(whole).tolist()
+            ours = [(text.encode("latin-1", "replace") + bytes(256))[place] for text in texts]
+            wrong = [
+                mine
+                for mine, other in zip(ours, values.tolist(), strict=True)
+                if mine != other % 256
+            ]
+            found.demand(not wrong, f"{key}.{field}: {len(wrong)} characters differ")
+            found.explained["characters"] += values.size
+        else:
+            # a flag of one byte may hold more than 0 and 1, which pyulog shows with a sign
+            is_flag = field in message and message.raw(field).dtype == np.uint8
+            found.compare_raw(message, field, values.view(np.uint8) if is_flag else values)
+    parameters = said["parameters"]
+    found.demand(parameters == dict(log.parameters), f"parameters: {len(parameters)}")
+    texts = sum(event.kind == "text" for event in log.events)
+    found.demand(texts == len(said["texts"]), f"{texts} texts for {len(said['texts'])}")
     return found

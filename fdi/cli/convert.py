@@ -1,0 +1,44 @@
+"""The command ``fdi convert``: a log for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rich_click as click
+
+from fdi.cli.completion import FILE
+from fdi.cli.output import answer, progress_bar
+
+
+@click.command(epilog="Example: fdi convert flight.bin --out flight.parquet")
+@click.argument("log", metavar="LOG", type=FILE)
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
+)
+@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
+@click.option("--no-progress", is_flag=True, help="No progress bar.")
+def convert(
+    log: str, out: Path, system: int | None, force: bool, quiet: bool, no_progress: bool
+) -> int:
+    """Write LOG as a folder with a Parquet file per message, in SI, and metadata.json."""
+    from fdi.report import check_folder
+    from fdi.report import convert as run
+    from fdi.report.convert import DOCUMENT
+    from fdi.report.words import clean, plural, size
+    from fdi.telemetry import read
+
+    check_folder(out, document=DOCUMENT, force=force)
+    with progress_bar(not (quiet or no_progress)) as progress:
+        if progress:
+            progress("read", 0.0)
+        found = read(log, system=system)
+        run(found, out, force=force, progress=progress)
+    if not quiet:
+        total = size(sum(entry.stat().st_size for entry in out.iterdir()))
+        told = f"{plural(len(found.messages), 'message')}, {total}, in {out}/"
+        damage = plural(len(found.quality), "finding")
+        told += f"; {damage} about the data, see {DOCUMENT}" if found.quality else ""
+        answer(f"{clean(told)}\n")
+    return 0

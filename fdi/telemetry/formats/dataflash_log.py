@@ -1,0 +1,186 @@
+"""How do the tables of a DataFlash log, binary or text, become a `Log`?
+
+In: the tables and what was found wrong with the file. Out: the `Log`. Times come from
+`dataflash_clock`, units from `dataflash_layouts`, events from `dataflash_events`. To the messages
+of the log itself come those of `meaning`, which say the same in MAVLink's words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.flights import find_flights, flight_events
+from fdi.telemetry.formats.dataflash_clock import Track, find_track, make_clock
+from fdi.telemetry.formats.dataflash_events import (
+    Timed,
+    log_events,
+    log_texts,
+    parameters,
+    vehicle_of,
+)
+from fdi.telemetry.formats.dataflash_layouts import Bytes, Ints, Layout, Units
+from fdi.telemetry.formats.dataflash_tables import Table, Tables, columns
+from fdi.telemetry.formats.mavlink_events import firmware
+from fdi.telemetry.formats.mavlink_quality import gap_records
+from fdi.telemetry.formats.meaning import as_mavlink
+from fdi.telemetry.log import Log, Source
+from fdi.telemetry.message import Column, Floats, Message
+from fdi.telemetry.quality import Kind, QualityRecord
+
+_APART_S: Final = 1e-6
+
+
+class Finding(NamedTuple):
+    """A quality record without its time: ``first`` and ``last`` are bytes of the file."""
+
+    kind: Kind
+    first: int | None
+    last: int | None
+    size: int
+    text: str
+
+
+def make_log(
+    path: Path, form: str, data: Bytes, tables: Tables, findings: Iterable[Finding]
+) -> Log:
+    """Return the log.
+
+    Parameters
+    ----------
+    path : Path
+    form : str
+        ``dataflash`` or ``dataflash_text``.
+    data : (n,) uint8
+        The file's bytes.
+    tables : sequence of Table
+        At least one, none empty.
+    findings : iterable of Finding
+        What is wrong with the file.
+    """
+    units = _units(tables)
+    tables = [part for table in tables for part in _instances(table, units)]
+    track, times = find_track(tables)
+    timed = Timed(tables, times)
+    values, changes, named = parameters(timed)
+    texts = log_texts(timed)
+    name = firmware({}, texts, None)
+    vehicle = vehicle_of(name, values)
+    own = _messages(timed, units)
+    said = as_mavlink(own, vehicle, table="mavlink_dataflash")
+    messages = own | {k: m for k, m in said.items() if k not in own}
+    events = [*texts, *log_events(timed, vehicle), *named]
+    events.sort(key=lambda e: e.t)
+    span = min(float(x.t.min()) for x in times), max(float(x.t.max()) for x in times)
+    has_wings = vehicle in ("plane", "vtol", "other")
+    flights = find_flights(messages, events, span, has_wings=has_wings)
+    quality = [*(_told(f, track) for f in findings), *track.quality]
+    if track.has_pause:
+        quality += gap_records(own)
+    number = int(values.get("SYSID_THISMAV", values.get("MAV_SYSID", 1)))
+    count = sum(table.start.size for table in tables)
+    return Log(
+        path,
+        form,
+        data,
+        max(span[1], 0.0),
+        span,
+        MappingProxyType(dict(sorted(messages.items()))),
+        MappingProxyType(values),
+        changes,
+        tuple(sorted([*events, *flight_events(flights)], key=lambda e: (e.t, e.kind))),
+        flights,
+        tuple(sorted(quality, key=_place)),
+        make_clock(tables, track, times),
+        vehicle,
+        "ardupilot",
+        name,
+        number,
+        (Source(number, 1, count, 0, vehicle, "ardupilot", True),),
+    )
+
+
+def _told(found: Finding, track: Track) -> QualityRecord:
+    start, end = (
+        None if place is None else float(track.at(np.array([place]))[0])
+        for place in (found.first, found.last)
+    )
+    return QualityRecord(found.kind, None, start, end, found.size, found.text)
+
+
+def _place(record: QualityRecord) -> tuple[float, str, str]:
+    return (-1.0 if record.start is None else record.start), record.kind, record.text
+
+
+def _units(tables: Tables) -> Units:
+    standard = data_table("units_dataflash")
+    unit = dict(standard["characters"])
+    multiplier = dict(standard["multipliers"])
+    of_type: dict[int, tuple[str, str]] = {}
+    for _, (character, label) in columns(tables, "UNIT", "Id", "Label"):
+        stated = dict(zip(character.tolist(), label.tolist(), strict=True))
+        unit.update({chr(i & 0xFF): text for i, text in stated.items()})
+    for _, (character, value) in columns(tables, "MULT", "Id", "Mult"):
+        for i, number in dict(zip(character.tolist(), value.tolist(), strict=True)).items():
+            if np.isfinite(number) and number:
+                multiplier[chr(i & 0xFF)] = float(f"{number:.7g}")  # float32 written as double
+    for _, (kind, *pair) in columns(tables, "FMTU", "FmtType", "UnitIds", "MultIds"):
+        of_type.update(
+            zip(kind.tolist(), zip(*(p.tolist() for p in pair), strict=True), strict=True)
+        )
+    return Units(unit, multiplier, of_type)
+
+
+def _instances(table: Table, units: Units) -> Iterator[Table]:
+    field = units.instance_field(table.layout)
+    if field is None:
+        yield table
+    else:
+        yield from table.source.split(table, field)
+
+
+def _messages(timed: Timed, units: Units) -> dict[str, Message]:
+    made: dict[str, Message] = {}
+    names: dict[str, list[Layout]] = {}
+    every = np.arange(max(table.start.size for table in timed.tables))
+    every.flags.writeable = False
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        one = table.layout
+        if not one.fields:
+            continue
+        layouts = names.setdefault(one.name, [one])
+        if one is not layouts[-1]:
+            layouts.append(one)
+        name = one.name if len(layouts) == 1 else f"{one.name}#{len(layouts)}"
+        made_of = {
+            field.name: Column(
+                partial(table.column, field), units.conversion(one, field), is_text=field.is_text
+            )
+            for field in one.fields
+        }
+        is_list = any(f.is_text for f in one.fields) or not times.is_own
+        t, kept = _ascending(times.t, every, is_list=is_list)
+        for array in (t, times.stamp, kept):
+            array.flags.writeable = False
+        message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
+        made[message.key] = message
+    return made
+
+
+def _ascending(t: Floats, every: Ints, *, is_list: bool) -> tuple[Floats, Ints]:
+    """Return t, strictly ascending, and the records that it belongs to."""
+    if t.size < 2 or float(np.diff(t).min()) > 0:
+        return t, every[: t.size]
+    rows = np.argsort(t, kind="stable")
+    t = t[rows]
+    if is_list:  # parameters and texts of one moment are not one record: a microsecond apart
+        spread = np.arange(t.size) * _APART_S
+        t = np.maximum.accumulate(t - spread) + spread
+    is_last = np.diff(t, append=np.inf) > 0
+    return t[is_last], rows[is_last]

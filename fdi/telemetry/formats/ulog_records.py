@@ -1,0 +1,150 @@
+"""Which records does each topic of a ULog have, and what was lost?
+
+In: the bytes. Out: `Records`: the data messages that `ulog_walk` finds, by subscription. Data of an
+id that nobody subscribed are read where one format of the file alone, which nobody uses, fits them
+by its size and by stamps that ascend.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, resolve
+from fdi.telemetry.formats.ulog_walk import Other, Run, Walk, joined, words
+
+Ints = NDArray[np.int64]
+Stamps = NDArray[np.uint64]
+
+_EVIDENCE: Final = 3  # data messages that must ascend before their topic is guessed
+_LARGEST_US: Final = 2**45  # a year since boot
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """The data messages of one subscription, in file order.
+
+    ``at``, ``stamp``: (n,) first bytes of the fields, and stamps (us since boot; zeros where the
+    topic has none). ``is_guess``: nobody subscribed them, the topic is the only one that fits.
+    """
+
+    layout: Layout
+    instance: int
+    at: Ints
+    stamp: Stamps
+    is_guess: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Records:
+    """What a ULog consists of.
+
+    Attributes
+    ----------
+    rows : tuple of Rows
+    others : tuple of Other
+        All other messages, in file order.
+    opaque : tuple of (int, int, int)
+        First byte, size and message id of data that nobody defines, in file order.
+    undefined : tuple of str
+        Topics that are subscribed and whose format is missing, circular or too large.
+    lost : tuple of (int, int)
+        Byte ranges that belong to no message.
+    unknown : tuple of (int, int, int)
+        First byte, size and type of whole messages of an unknown type.
+    cut : tuple of (int, int)
+        Byte ranges of messages that the end of the file, or of a part, cuts.
+    """
+
+    rows: tuple[Rows, ...]
+    others: tuple[Other, ...]
+    opaque: tuple[tuple[int, int, int], ...]
+    undefined: tuple[str, ...]
+    lost: tuple[tuple[int, int], ...]
+    unknown: tuple[tuple[int, int, int], ...]
+    cut: tuple[tuple[int, int], ...]
+
+
+def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
+    """Return the messages of these parts of the bytes, (from, to) each."""
+    walk = Walk.over(data)
+    for start, limit in parts:
+        walk.part(start, limit)
+    rows, left = _grouped(joined(walk.found), walk.subscriptions)
+    guessed, left = _guessed(walk, left)
+    opaque = [(at - 5, walk.end(at - 5), one) for one, places in left for at in places.tolist()]
+    return Records(
+        (*rows, *guessed),
+        tuple(walk.others),
+        tuple((low, high - low, one) for low, high, one in sorted(opaque)),
+        tuple(sorted({one.topic for one in walk.waiting})),
+        tuple(walk.lost),
+        tuple(walk.unknown),
+        tuple(walk.cut),
+    )
+
+
+def _grouped(
+    run: Run, subscriptions: Sequence[tuple[Subscription, Layout]]
+) -> tuple[list[Rows], list[tuple[int, Ints]]]:
+    """Return the data messages by subscription, and those of ids without one."""
+    order = np.argsort(run.number, kind="stable")
+    starts, stamps = run.at[order] + 5, run.stamp[order]
+    counts = np.bincount(run.number, minlength=1)
+    bounds = np.append(0, np.cumsum(counts))
+    of_number: dict[int, list[tuple[Subscription, Layout]]] = {}
+    for pair in subscriptions:
+        of_number.setdefault(pair[0].number, []).append(pair)
+    rows, opaque = [], []
+    for one in np.flatnonzero(counts).tolist():
+        here = slice(bounds[one], bounds[one + 1])
+        at, stamp = starts[here], stamps[here]
+        asked = of_number.get(one, [])
+        split = np.searchsorted(at, [pair[0].since for pair in asked]).tolist()
+        if split[:1] != [0]:  # before its first subscription, or without any
+            opaque.append((one, at[: split[0]] if split else at))
+        for (subscription, layout), low, high in zip(
+            asked, split, [*split[1:], at.size], strict=bool(asked)
+        ):
+            if high > low:
+                said = stamp[low:high] if layout.stamp else np.zeros(high - low, np.uint64)
+                rows.append(Rows(layout, subscription.instance, at[low:high], said))
+    return rows, opaque
+
+
+def _guessed(
+    walk: Walk, opaque: Sequence[tuple[int, Ints]]
+) -> tuple[list[Rows], list[tuple[int, Ints]]]:
+    """Return the opaque data that one unused format alone fits, and the others."""
+    used = {one.topic for one, _ in walk.subscriptions} | {one.topic for one in walk.waiting}
+    nested = {member.kind for one in walk.formats.values() for member in one.members}
+    free = [name for name in sorted(walk.formats) if opaque and name not in used | nested]
+    layouts = [layout for name in free if (layout := resolve(name, walk.formats)) is not None]
+    fitting = [
+        [(layout, stamp) for layout in layouts if (stamp := _stamps(walk, layout, at)) is not None]
+        for _, at in opaque
+    ]
+    claims = Counter(layout.topic for fit in fitting for layout, _ in fit)
+    found, left = [], []
+    for (number, at), fit in zip(opaque, fitting, strict=True):
+        if len(fit) == 1 and claims[fit[0][0].topic] == 1:
+            found.append(Rows(fit[0][0], 0, at, fit[0][1], is_guess=True))
+        else:
+            left.append((number, at))
+    return found, left
+
+
+def _stamps(walk: Walk, layout: Layout, at: Ints) -> Stamps | None:
+    """Return the stamps of data if they can be of a layout: sizes fit, and stamps ascend."""
+    size = walk.word[at - 5] - 2
+    fits = layout.size <= size.min() and size.max() <= layout.full
+    if layout.stamp is None or at.size < _EVIDENCE or not fits:
+        return None
+    stamp: Stamps = words(walk.data, "<u8")[at + layout.stamp.offset]
+    ascends = bool(np.all(stamp[1:] > stamp[:-1])) and stamp[-1] < _LARGEST_US
+    return stamp if ascends else None

@@ -1,0 +1,169 @@
+"""When was each record of a ULog made?
+
+In: the stamps of every topic (us since boot) and where its records stand in the file. Out: `Times`:
+t of every record, s of the log's clock, 0 at the header's own stamp; the clock; what was repaired.
+
+The vehicle has one clock, so a topic whose stamps ascend and end with the file is right as it is.
+The others are held against their place in the file, for which the topic with most records gives the
+time: a stamp that contradicts it (a bit error, another clock, a stamp that never moves) gives way.
+What was published before the log began, and is written at its beginning, stands at t = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.clock import Clock, timeline
+from fdi.telemetry.message import Floats
+from fdi.telemetry.quality import QualityRecord
+
+Ints = NDArray[np.int64]
+Stamps = NDArray[np.uint64]
+
+SLACK_S: Final = (
+    5.0  # records are written up to seconds after they were made (rate limits, dropouts)
+)
+_SAMPLES: Final = 20_000  # of the topic that gives the time to places in the file
+_LARGEST_US: Final = 2**52  # 142 years since boot: more is noise
+_ASCENDING: Final = 0.8  # share of steps forward in a topic that can give the time
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stamped:
+    """The records of a topic: their places in the file and stamps, (n,) each."""
+
+    name: str
+    at: Ints
+    stamp: Stamps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """Time by place in the file.
+
+    ``at``, ``t``: (m,) float64 places and s of the log's clock; ``first``: (k,) where boots begin;
+    ``offset``: (k,) s, t = seconds since boot + offset.
+    """
+
+    at: Floats
+    t: Floats
+    first: Floats
+    offset: Floats
+    quality: tuple[QualityRecord, ...]
+
+    def expected(self, at: Ints | Floats) -> Floats:
+        """Return the time that a place in the file suggests, (n,)."""
+        if not self.at.size:
+            return np.zeros(at.size)
+        t: Floats = np.interp(at, self.at, self.t)
+        return t
+
+    def said(self, at: Ints, stamp: Stamps) -> Floats:
+        """Return the time that stamps state, (n,)."""
+        seconds: Floats = np.minimum(stamp, np.uint64(_LARGEST_US)).astype(np.float64) / 1e6
+        if self.first.size == 1:
+            return np.add(seconds, float(self.offset[0]))
+        boot = np.searchsorted(self.first, at, side="right") - 1
+        return np.add(seconds, self.offset[np.maximum(boot, 0)])
+
+    def at_place(self, at: int) -> float:
+        """Return the time of the last record before a place."""
+        row = int(np.searchsorted(self.at, at, side="right")) - 1
+        return max(float(self.t[row]), 0.0) if row >= 0 else 0.0
+
+    def of_stamp(self, stamp: int, at: int) -> float:
+        """Return the time of a single stamp, that of its place where it lies after that."""
+        expected = float(self.expected(np.array([at]))[0])
+        said = float(self.said(np.array([at]), np.array([min(stamp, _LARGEST_US)], np.uint64))[0])
+        return max(said if said <= expected + SLACK_S else expected, 0.0)
+
+
+def reference(topics: Sequence[Stamped], start_us: int) -> Reference:
+    """Return the time by place in the file, 0 at the header's stamp where that can be."""
+    best = max(topics, key=_worth, default=None)
+    if best is None or not _worth(best):
+        return Reference(np.empty(0), np.empty(0), np.zeros(1), np.zeros(1), ())
+    step = -(-best.at.size // _SAMPLES)
+    at, stamp = best.at[::step].astype(np.float64), best.stamp[::step]
+    rows = np.arange(at.size)
+    line = timeline(stamp, rows, (stamp // np.uint64(1000)).astype(np.int64), rows)
+    seconds = stamp / 1e6
+    apart = line.created - seconds
+    offset = np.array([np.median(apart[line.boot == k]) for k in range(line.first.size)])
+    zero = float(seconds[0])
+    if abs(start_us / 1e6 - zero) <= SLACK_S:
+        zero = start_us / 1e6
+    # exact for the first boot: the timeline knows the time since boot to the millisecond
+    shift = -zero - offset[0]
+    return Reference(at, line.created + shift, at[line.first], offset + shift, line.quality)
+
+
+def _worth(topic: Stamped) -> int:
+    """Return how well a topic can give the time: its size, 0 where its stamps do not ascend."""
+    if topic.stamp.size < 2:
+        return 0
+    forward = np.count_nonzero(topic.stamp[1:] > topic.stamp[:-1])
+    return topic.stamp.size if forward >= _ASCENDING * (topic.stamp.size - 1) else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """t of a topic's records, (n,), and how many of them have it from their place in the file."""
+
+    t: Floats
+    wrong: int
+    is_still: bool
+
+
+def placed(topic: Stamped, known: Reference) -> Placed:
+    """Return when the records of a topic were made."""
+    t = known.said(topic.at, topic.stamp)
+    n = t.size
+    ends = known.expected(topic.at[[0, -1]]) + SLACK_S
+    is_still = n > 1 and bool(topic.stamp[0] == topic.stamp[-1])
+    if not is_still and t[0] <= ends[0] and t[-1] <= ends[1] and bool(np.all(t[1:] >= t[:-1])):
+        return Placed(np.maximum(t, 0.0) if t[0] < 0 else t, 0, False)
+    expected = known.expected(topic.at)
+    wrong = np.abs(t - expected) > SLACK_S
+    wrong[0] = t[0] > ends[0]  # the first one may be of long ago
+    if is_still and np.ptp(topic.stamp) == 0:
+        wrong[:] = True
+    if not wrong.all():  # between two right records of the topic, else by all records
+        among = np.interp(topic.at, topic.at[~wrong], t[~wrong], left=np.nan, right=np.nan)
+        expected = np.where(np.isnan(among), expected, among)
+    t = np.maximum(np.where(wrong, expected, t), 0.0)
+    return Placed(t, int(wrong.sum()), is_still)
+
+
+def repair_records(found: Sequence[tuple[Stamped, Placed]]) -> list[QualityRecord]:
+    """Return which topics have times by their place in the file."""
+    made = []
+    for is_still, words in ((False, "contradict their place in the file"), (True, "stand still")):
+        some = [(s.name, p.wrong) for s, p in found if p.wrong and p.is_still == is_still]
+        if some:
+            total = sum(count for _, count in some)
+            names = ", ".join(f"{name} {count}" for name, count in sorted(some)[:6])
+            more = f" and {len(some) - 6} more topics" if len(some) > 6 else ""
+            text = f"{total} records have stamps that {words}, the place decides: {names}{more}"
+            made.append(QualityRecord("repaired", None, None, None, total, text))
+    return made
+
+
+def clock(known: Reference, t: Floats, utc: Floats) -> Clock:
+    """Return the log's clock; at times t (m,) a receiver tells UTC, s since 1970."""
+    start = known.expected(known.first)
+    start[:1] = -np.inf
+    piece = np.searchsorted(start, t, side="right") - 1
+    gap = utc - t
+    parts = [gap[piece == k] for k in range(start.size)]
+    offset = np.array([np.median(part) if part.size else np.nan for part in parts])
+    late = np.abs(gap - offset[piece])
+    uncertainty = float(np.quantile(late, 0.95)) if late.size else np.nan
+    boot = -known.offset if known.at.size else np.full(start.size, np.nan)
+    source = "vehicle" if late.size else "none"
+    return Clock(start, boot, offset, 0.0 if known.at.size else np.nan, uncertainty, source)

@@ -1,0 +1,362 @@
+"""Where in these bytes does a ULog message begin, and where are the next ones after damage?
+
+In: the bytes. Out: the state of a `Walk`: data messages with their ids and stamps, all others with
+what they say, and the bytes that belong to none.
+
+A message is ``size u16, type u8, body``; there is no checksum. It is believed when its header is
+plausible (a known type whose body fits; data: a subscribed id with the length of its topic) and the
+next header is, too. If the next is not, and inside the message a plausible one begins that is
+followed by another, the message was cut: the reading goes on there. Otherwise it is kept and the
+search for two plausible headers in a row goes on behind it. So damage is recognised by data
+messages, which are everywhere, and not by sync messages, which old logs do not have.
+
+Data of an id that nobody subscribed are taken by their length while the headers around them are
+plausible.
+
+Method: all headers of data messages in a window at once, and a run of messages that end where the
+next header stands is taken whole; `compiled.walk_messages` does the same one by one. Only at the
+ends of such runs Python decides.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.formats.compiled import compiled, walk_messages
+from fdi.telemetry.formats.ulog_definitions import (
+    SIZES,
+    Bytes,
+    Content,
+    Format,
+    Layout,
+    Subscription,
+    parsed,
+    resolve,
+)
+
+Ints = NDArray[np.int64]
+
+_DATA: Final = ord("D")
+_NEVER: Final = 1 << 20  # larger than any message: the id is not subscribed
+_WINDOW: Final = range(1 << 13, 1 << 22)  # bytes looked at at once: after a definition, at most
+_SEARCH: Final = range(1 << 10, 1 << 20)
+_ROOM: Final = 1 << 16  # messages that the machine code finds at once
+_SMALLEST: Final = np.array([SIZES.get(k, range(_NEVER, 0)).start for k in range(256)])
+_LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
+_IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
+_LETTERS: Final = range(ord("A"), ord("Z") + 1)
+
+
+class Run(NamedTuple):
+    """Data messages, (n,) each: first bytes, ids, stamps as they are (noise without a stamp)."""
+
+    at: Ints
+    number: NDArray[np.uint16]
+    stamp: NDArray[np.uint64]
+
+    def part(self, low: int, high: int) -> Run:
+        """Return the messages from one row to another."""
+        return Run(self.at[low:high], self.number[low:high], self.stamp[low:high])
+
+
+def no_messages(room: int = 0) -> Run:
+    """Return columns without contents, for so many messages."""
+    return Run(np.empty(room, np.int64), np.empty(room, np.uint16), np.empty(room, np.uint64))
+
+
+def joined(runs: list[Run]) -> Run:
+    """Return the messages of several runs."""
+    if len(runs) == 1:
+        return runs[0]
+    return Run(*(np.concatenate(column) for column in zip(no_messages(), *runs, strict=True)))
+
+
+def words(data: Bytes, dtype: str) -> NDArray[Any]:
+    """Return a view of the bytes in which entry i is the number that begins at byte i."""
+    count = max(data.size - np.dtype(dtype).itemsize + 1, 0)
+    return np.ndarray((count,), dtype, data, strides=(1,))
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """A message that holds no data: its type, first byte and what it says."""
+
+    kind: str
+    start: int
+    content: Content
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Window:
+    """Headers of data messages from byte ``low`` to ``high``, where they end.
+
+    ``breaks``: those that do not end where the next one begins.
+    """
+
+    low: int
+    high: int
+    headers: Run
+    end: Ints
+    breaks: list[int]
+
+    def run(self, at: int) -> tuple[Run, int]:
+        """Return the messages that follow each other from a byte on, and where they end."""
+        starts = self.headers.at
+        row = int(np.searchsorted(starts, at))
+        parts = []
+        while row < starts.size and starts[row] == at:
+            last = self.breaks[bisect_left(self.breaks, row)]
+            parts.append(self.headers.part(row, last + 1))
+            at = int(self.end[last])
+            row = last + 1 + int(np.searchsorted(starts[last + 1 :], at))
+        return joined(parts), at
+
+
+@dataclass(slots=True, eq=False)
+class _Room:
+    """Where the machine code puts what it finds."""
+
+    kernel: Callable[..., tuple[int, int]]
+    found: Run
+
+
+@dataclass(slots=True, eq=False)
+class Walk:
+    """The state of the reading: what is defined so far, and what has been found.
+
+    Attributes
+    ----------
+    subscriptions : list of (Subscription, Layout)
+        In file order.
+    waiting : list of Subscription
+        Those whose format is missing, circular or too large.
+    found : list of Run
+        Data messages in file order.
+    others : list of Other
+        All other messages in file order.
+    lost, cut : list of (int, int)
+        Byte ranges that belong to no message, and of messages that the end cuts.
+    unknown : list of (int, int, int)
+        First byte, size and type of whole messages of an unknown type.
+    """
+
+    data: Bytes
+    view: memoryview
+    word: NDArray[np.uint16]
+    room: _Room | None
+    limit: int = 0
+    formats: dict[str, Format] = field(default_factory=dict)
+    subscriptions: list[tuple[Subscription, Layout]] = field(default_factory=list)
+    waiting: list[Subscription] = field(default_factory=list)
+    # of a message id: smallest and largest size of its data messages; the same as arrays, and
+    # where the stamp stands in such a message
+    sizes: dict[int, tuple[int, int]] = field(default_factory=dict)
+    low: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, _NEVER, np.int32))
+    high: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, -1, np.int32))
+    stamp_at: NDArray[np.int32] = field(default_factory=lambda: np.zeros(1 << 16, np.int32))
+    widest: int = 0
+    window: _Window | None = None
+    width: int = _WINDOW.start
+    found: list[Run] = field(default_factory=list)
+    others: list[Other] = field(default_factory=list)
+    lost: list[tuple[int, int]] = field(default_factory=list)
+    unknown: list[tuple[int, int, int]] = field(default_factory=list)
+    cut: list[tuple[int, int]] = field(default_factory=list)
+
+    @classmethod
+    def over(cls, data: Bytes) -> Walk:
+        """Return a walk that has not begun."""
+        kernel = compiled(walk_messages, data.size)
+        room = None if kernel is None else _Room(kernel, no_messages(_ROOM))
+        return cls(data, data.data, words(data, "<u2"), room)
+
+    def part(self, at: int, limit: int) -> None:
+        """Read from a byte to the limit."""
+        self.limit, self.window = limit, None
+        last = None  # the message before, if it ends here
+        while at < limit:
+            if at + 3 <= limit and self.view[at + 2] == _DATA:
+                run, at = self.follow(at)
+                if run.at.size:
+                    self.found.append(run)
+                    last = int(run.at[-1])
+                    continue
+            said = self.said(at)
+            if said is not None:
+                self.take(at, said)
+                last, at = at, self.end(at)
+            elif self.is_undefined_data(at):
+                size = self.end(at) - at - 3
+                self.set_sizes(self.number(at), size, size, 0)
+            else:
+                last, at = None, self.resume(last, at)
+
+    def resume(self, last: int | None, at: int) -> int:
+        """Return where the reading goes on when no message begins at a byte."""
+        inside = None if last is None else self.search(last + 1, at)
+        if last is not None and inside is not None:  # the last one was cut, and holds the next
+            self.drop(last)
+            self.lost.append((last, inside))
+            return inside
+        following = self.search(at + 1, self.limit)
+        kind = self.view[at + 2] if at + 3 <= self.limit else _DATA
+        is_known = kind == _DATA or kind in SIZES
+        if following is None:
+            is_cut = is_known and (at + 3 > self.limit or self.end(at) > self.limit)
+            (self.cut if is_cut else self.lost).append((at, self.limit))
+            return self.limit
+        if not is_known and kind in _LETTERS and self.end(at) == following:
+            self.unknown.append((at, following - at, kind))
+        else:
+            self.lost.append((at, following))
+        return following
+
+    def drop(self, last: int) -> None:
+        """Forget the message that was read last."""
+        if self.found and self.found[-1].at[-1] == last:
+            rest = self.found.pop()
+            if rest.at.size > 1:
+                self.found.append(rest.part(0, rest.at.size - 1))
+        elif self.others and self.others[-1].start == last:
+            self.others.pop()
+
+    def end(self, at: int) -> int:
+        """Return where a message ends by its size."""
+        return at + 3 + self.view[at] + 256 * self.view[at + 1]
+
+    def number(self, at: int) -> int:
+        """Return the id of a data message."""
+        return self.view[at + 3] + 256 * self.view[at + 4]
+
+    def said(self, at: int) -> Content | None:
+        """Return what a message says that holds no data, None where none can begin here."""
+        if at + 3 > self.limit or self.view[at + 2] not in SIZES or self.end(at) > self.limit:
+            return None
+        return parsed(self.view[at + 2], bytes(self.view[at + 3 : self.end(at)]), at)
+
+    def is_plausible(self, at: int) -> bool:
+        """Return whether a message of a known type that fits can begin here."""
+        if at + 5 > self.limit or self.view[at + 2] != _DATA:
+            return self.said(at) is not None
+        known = self.sizes.get(self.number(at))
+        size = self.end(at) - at - 3
+        return known is not None and known[0] <= size <= known[1] and at + 3 + size <= self.limit
+
+    def chains(self, at: int) -> bool:
+        """Return whether another message, or nothing, begins here."""
+        return at == self.limit or self.is_plausible(at)
+
+    def is_undefined_data(self, at: int) -> bool:
+        """Return whether a data message of an unknown id stands here, and two others behind it."""
+        if at + 5 > self.limit or self.view[at + 2] != _DATA or self.end(at) < at + 5:
+            return False
+        following = self.end(at)
+        if self.number(at) in self.sizes or not self.is_plausible(following):
+            return False
+        return self.chains(self.end(following))
+
+    def follow(self, at: int) -> tuple[Run, int]:
+        """Return the data messages that follow each other from a byte on, and where they end."""
+        if self.room is not None:
+            return self.follow_compiled(self.room, at)
+        parts = []
+        while at < self.limit:
+            if self.window is None or not self.window.low <= at < self.window.high:
+                self.window = self.look(at)
+            run, at = self.window.run(at)
+            parts.append(run)
+            if at < self.window.high:
+                break
+        return joined(parts), at
+
+    def follow_compiled(self, room: _Room, at: int) -> tuple[Run, int]:
+        """Return the same, by machine code."""
+        long = words(self.data, "<u8")
+        tables = self.low, self.high, self.stamp_at
+        parts, count = [], _ROOM
+        while count == _ROOM:
+            part = at, self.limit
+            count, at = room.kernel(self.data, self.word, long, part, tables, tuple(room.found))
+            found = room.found.part(0, count)
+            parts.append(Run(found.at.copy(), found.number.copy(), found.stamp.copy()))
+        return joined(parts), at
+
+    def look(self, low: int) -> _Window:
+        """Return the headers of data messages from a byte on; windows grow until a definition."""
+        high = min(low + self.width, self.limit)
+        self.width = min(2 * self.width, _WINDOW.stop)
+        headers, end = self.data_headers(low, high)
+        breaks = np.flatnonzero(end[:-1] != headers.at[1:]).tolist()
+        return _Window(low, high, headers, end, [*breaks, end.size - 1])
+
+    def data_headers(self, low: int, high: int) -> tuple[Run, Ints]:
+        """Return the headers of data messages that fit their ids, and where they end."""
+        stop = max(min(high, self.limit - 4), low)
+        is_data = self.data[low + 2 : stop + 2] == _DATA
+        is_data &= self.data[low + 1 : stop + 1] <= self.widest >> 8
+        at = np.flatnonzero(is_data) + low
+        size, number = self.word[at], self.word[at + 3]
+        end = at + (size + np.int64(3))
+        good = (size >= self.low[number]) & (size <= self.high[number]) & (end <= self.limit)
+        if not good.all():
+            at, number, end = at[good], number[good], end[good]
+        if not at.size:
+            return joined([]), end
+        place = np.minimum(at + self.stamp_at[number], self.data.size - 8)
+        return Run(at, number, words(self.data, "<u8")[place]), end
+
+    def search(self, low: int, high: int) -> int | None:
+        """Return the first byte from low to high where a message begins that another follows."""
+        width = _SEARCH.start
+        while low < high:
+            stop = min(low + width, high)
+            data = self.data_headers(low, stop)[0].at
+            for at in np.union1d(data, self.other_headers(low, stop)).tolist():
+                if self.is_plausible(at) and self.chains(self.end(at)):
+                    return int(at)
+            low, width = stop, min(2 * width, _SEARCH.stop)
+        return None
+
+    def other_headers(self, low: int, high: int) -> Ints:
+        """Return where headers of other messages may stand."""
+        stop = max(min(high, self.limit - 2), low)
+        at = np.flatnonzero(_IS_OTHER[self.data[low + 2 : stop + 2]]) + low
+        size, kind = self.word[at], self.data[at + 2]
+        good = (size >= _SMALLEST[kind]) & (size <= _LARGEST[kind]) & (at + 3 + size <= self.limit)
+        found: Ints = at[good]
+        return found
+
+    def take(self, at: int, said: Content) -> None:
+        """Keep a message that holds no data; a definition holds from here on."""
+        self.others.append(Other(chr(self.view[at + 2]), at, said))
+        if isinstance(said, Format):
+            self.formats.setdefault(said.name, said)
+            waiting, self.waiting = self.waiting, []
+            for one in waiting:
+                self.subscribe(one)
+        elif isinstance(said, Subscription):
+            self.subscribe(said)
+
+    def subscribe(self, asked: Subscription) -> None:
+        """Let an id mean records of a topic; without its format yet, later."""
+        layout = resolve(asked.topic, self.formats)
+        if layout is None:
+            self.waiting.append(asked)
+            return
+        self.subscriptions.append((asked, layout))
+        stamp = layout.stamp
+        place = 0 if stamp is None else 5 + stamp.offset
+        self.set_sizes(asked.number, layout.size + 2, layout.full + 2, place)
+
+    def set_sizes(self, number: int, low: int, high: int, stamp_at: int) -> None:
+        """Let data messages of an id have a size, and a stamp at that byte of theirs."""
+        self.sizes[number] = low, high
+        self.low[number], self.high[number], self.stamp_at[number] = low, high, stamp_at
+        self.widest = max(self.widest, high)
+        self.window, self.width = None, _WINDOW.start

@@ -1,0 +1,137 @@
+"""When, on the clock of one log, did another begin?
+
+In: two logs. Out: what has to be added to the times of the second, how well that is known and by
+which clue; or an error, where they are not of one flight.
+
+The time since boot, where both logs know it, is the vehicle's own and exact; so is UTC by satellite
+to some hundredths of a second. Either is believed when the signals agree at that shift, because two
+flights on one day begin at similar times since boot. Without these clocks the shift is the one at
+which the signals agree best (`agreement.py`). Logs that do not overlap, or in which nothing moved,
+have no signals to compare: they belong together where both know both clocks and these name the same
+moment of booting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from fdi.errors import UsageError
+from fdi.telemetry.log import Log
+from fdi.telemetry.together.agreement import (
+    ALIKE,
+    LEAST_OVERLAP_S,
+    Agreement,
+    agreement,
+    best_agreement,
+    shared,
+)
+
+Clue = Literal["boot", "signals"]
+
+_SAME_BOOT_S: Final = 5.0  # between two clocks' moments of booting: less than a reboot takes
+_CONFIRMS_S: Final = 0.3  # the signals' own shift may differ so much: a link's delay
+_MOST_SHIFTS: Final = 100  # a log of noise may seem to boot a thousand times
+_UTC_WITHIN_S: Final = 1.0
+_BOOT_UNCERTAINTY_S: Final = 0.002  # both say milliseconds
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """How one log lies on another's clock.
+
+    Attributes
+    ----------
+    offset : float
+        s; t of the first log = t of the second + offset.
+    uncertainty : float
+        s, 95 %.
+    clue : Clue
+        By what.
+    agreement : Agreement or None
+        How well the signals agree there; None where they could not be compared.
+    """
+
+    offset: float
+    uncertainty: float
+    clue: Clue
+    agreement: Agreement | None
+
+
+def place(first: Log, second: Log) -> Placement:
+    """Return how the second log lies on the clock of the first.
+
+    Raises
+    ------
+    UsageError
+        The two are not of one flight, or nothing tells how they lie.
+    """
+    pairs = shared(first, second)
+    for clue, offset in _by_clocks(first, second):
+        within = _CONFIRMS_S if clue == "boot" else _UTC_WITHIN_S
+        found = agreement(pairs, offset, within)
+        if found is not None and found.r >= ALIKE:
+            if clue == "boot":
+                return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", found)
+            return Placement(found.offset, found.uncertainty, "signals", found)
+    best = best_agreement(pairs)
+    if best is not None and best.r >= ALIKE:
+        return Placement(best.offset, best.uncertainty, "signals", best)
+    for offset in _of_same_boot(first, second):
+        if not _fly_together(first, second, offset) or not pairs:
+            return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", None)
+    if best is None:
+        raise UsageError(
+            f"cannot be put on the clock of {first.name}: they share no signals of the same time, "
+            "and their clocks do not name the same moment of booting",
+            where=second.name,
+            hint="analyse them one by one",
+        )
+    raise UsageError(
+        f"is of another flight than {first.name}: no shift in time makes their signals agree "
+        f"(correlation {best.r:.2f} at best, {ALIKE:g} is needed)",
+        where=second.name,
+        hint="analyse them one by one",
+    )
+
+
+def _by_clocks(first: Log, second: Log) -> Iterator[tuple[str, float]]:
+    """Yield the shifts at which the logs' clocks agree and the logs overlap, boot time first."""
+    a, b = first.clock, second.clock
+    found = [
+        *(("boot", float(x)) for x in np.unique(b.boot_offset[:, None] - a.boot_offset)),
+        *(("utc", float(x)) for x in np.unique(b.utc_offset[:, None] - a.utc_offset)),
+    ]
+    for clue, offset in found[:_MOST_SHIFTS]:
+        if np.isfinite(offset) and _overlap(first, second, offset) >= LEAST_OVERLAP_S:
+            yield clue, offset
+
+
+def _of_same_boot(first: Log, second: Log) -> Iterator[float]:
+    """Yield the shifts by boot time of boots that began at the same UTC in both logs."""
+    a, b = first.clock, second.clock
+    booted_a, booted_b = a.utc_offset - a.boot_offset, b.utc_offset - b.boot_offset
+    for i in range(booted_a.size):
+        for k in range(booted_b.size):
+            if abs(booted_a[i] - booted_b[k]) <= _SAME_BOOT_S:
+                yield float(b.boot_offset[k] - a.boot_offset[i])
+
+
+def _overlap(first: Log, second: Log, offset: float) -> float:
+    low = max(first.span[0], second.span[0] + offset)
+    return min(first.span[1], second.span[1] + offset) - low
+
+
+def _fly_together(first: Log, second: Log, offset: float) -> bool:
+    """Return whether either log shows a vehicle in the air while both are recorded."""
+    low = max(first.span[0], second.span[0] + offset)
+    high = min(first.span[1], second.span[1] + offset)
+    return any(
+        min(flight.airborne[1] + shift, high) - max(flight.airborne[0] + shift, low)
+        >= LEAST_OVERLAP_S
+        for log, shift in ((first, 0.0), (second, offset))
+        for flight in log.flights
+    )

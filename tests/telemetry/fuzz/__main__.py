@@ -1,0 +1,134 @@
+"""Tries many inputs in several processes; keeps one small input of every failure; returns 1 then.
+
+PYTHONPATH=tests python -m telemetry.fuzz [--count N] [--first N] [--workers N] [--out FOLDER]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import select
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Final
+
+from .mutations import make_input
+from .smaller import smaller
+
+SOAK: Final = 200_000
+PORTION: Final = 2000  # numbers of one worker: what a crash or a hang costs at most
+SILENT_S: Final = 120  # wall time of one input, on a busy machine; the CPU limit is the worker's
+_NAMED: Final = 10  # numbers told of each kind of failure
+# One thread a worker: memory is limited by address space, which threads take in large pieces.
+ALONE: Final = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MALLOC_ARENA_MAX": "1",
+    "PYTHONHASHSEED": "0",
+}
+
+Failure = dict[str, Any]
+
+
+def try_numbers(first: int, last: int) -> Iterator[Failure]:
+    """Yield the failures among inputs ``first`` to before ``last``, in processes that may die."""
+    while first < last:
+        worker = subprocess.Popen(
+            [sys.executable, "-m", "telemetry.fuzz.worker", str(first), str(last)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env={**os.environ, **ALONE},
+        )
+        trying, stopped = first - 1, None
+        assert worker.stdout is not None
+        while True:
+            ready, _, _ = select.select([worker.stdout], [], [], SILENT_S)
+            if not ready:
+                worker.kill()
+                stopped = "hangs"
+                break
+            line = worker.stdout.readline()
+            if not line:
+                break
+            said = json.loads(line)
+            if "trying" in said:
+                trying = said["trying"]
+            elif "done" in said:
+                trying = last
+            else:
+                yield said
+        _, complaint = worker.communicate()
+        if trying == last:
+            return
+        assert trying >= first, complaint.decode()[-2000:]
+        what = stopped or f"dies with exit code {worker.returncode}"
+        text = complaint.decode("utf-8", "replace")[-2000:]
+        yield {"number": trying, "what": what, "text": text, "bytes": len(make_input(trying).data)}
+        first = trying + 1
+
+
+def run(first: int, count: int, workers: int) -> list[Failure]:
+    """Return all failures, telling the progress where somebody watches."""
+    starts = range(first, first + count, PORTION)
+    found: list[Failure] = []
+
+    def portion(low: int) -> list[Failure]:
+        return list(try_numbers(low, min(low + PORTION, first + count)))
+
+    with ThreadPoolExecutor(workers) as pool:
+        for i, failures in enumerate(pool.map(portion, starts), 1):
+            found += failures
+            if sys.stderr.isatty():
+                print(
+                    f"\r{min(i * PORTION, count)} inputs, {len(found)} failures",
+                    end="",
+                    file=sys.stderr,
+                )
+    return found
+
+
+def keep(found: list[Failure], folder: Path) -> None:
+    """Write one input of every kind of failure, as small as it gets."""
+    folder.mkdir(parents=True, exist_ok=True)
+    first = {failure["what"]: failure for failure in reversed(found)}
+    for i, (what, failure) in enumerate(sorted(first.items())):
+        data = make_input(failure["number"]).data
+        if what != "hangs" and not what.startswith("dies"):
+            with tempfile.TemporaryDirectory() as name:
+                data = smaller(data, what, failure["number"], Path(name))
+        stem = folder / f"{i:02d}_{failure['number']}"
+        stem.with_suffix(".input").write_bytes(data)
+        stem.with_suffix(".txt").write_text(f"{what}\n{failure['text']}\n")
+        print(f"{what}: {len(data)} bytes in {stem}.input\n{failure['text']}")
+
+
+def main() -> int:
+    """Try the numbers that the command line names."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=SOAK)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--out", type=Path, default=Path("build/fuzz"))
+    asked = parser.parse_args()
+    started = time.perf_counter()
+    found = run(asked.first, asked.count, asked.workers)
+    print(
+        f"{asked.count} inputs from number {asked.first} on, {len(found)} failures, "
+        f"{time.perf_counter() - started:.0f} s"
+    )
+    for what, count in Counter(failure["what"] for failure in found).most_common():
+        numbers = [str(failure["number"]) for failure in found if failure["what"] == what]
+        print(f"{count:8}  {what}: {', '.join(numbers[:_NAMED])}")
+    keep(found, asked.out)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

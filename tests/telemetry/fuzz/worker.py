@@ -1,0 +1,152 @@
+"""Does every input of a range of numbers keep the limits? One JSON line for each that does not.
+
+A process of its own: an endless loop in compiled code, an abort or a crash costs a worker, and the
+one who watches it knows which number it was, because every number is announced before it is tried.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from types import FrameType
+from typing import Any, Final
+
+from fdi.errors import FdiError
+from fdi.telemetry import Log
+
+from .exercise import exercise
+from .mutations import make_input
+
+SECONDS_PER_MB: Final = 2.0
+START_S: Final = 0.5  # what a file of no size may cost: tables, caches, first use of a library
+MEMORY_PER_BYTE: Final = 10
+MEMORY: Final = 200_000_000
+COMPARED: Final = 8  # every such number is read by both walks
+
+
+class TooSlowError(Exception):
+    """The CPU time that an input may cost is used up."""
+
+
+def check(data: bytes, number: int, folder: Path) -> dict[str, Any] | None:
+    """Return what is wrong with how an input is dealt with, None where nothing is."""
+    path = folder / "log"
+    path.write_bytes(data)
+    walks = 1 if number % COMPARED else 2
+    allowed = walks * (START_S + SECONDS_PER_MB * len(data) / 1e6)
+    started = time.process_time()
+    limit = _used_memory() + MEMORY + MEMORY_PER_BYTE * len(data)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, resource.RLIM_INFINITY))
+    signal.setitimer(signal.ITIMER_PROF, 4 * allowed)
+    problem = None
+    try:
+        try:
+            _both_walks(path, number)
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
+    except FdiError as error:
+        if "\n" in str(error):
+            problem = ("error of several lines", str(error))
+    except TooSlowError:
+        problem = ("too slow", "stopped")
+    except BaseException as error:  # noqa: BLE001  whatever it is, it is a defect
+        problem = (_place(error), "".join(traceback.format_exception(error)[-6:]))
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    spent = time.process_time() - started
+    if problem is None and spent > allowed:
+        problem = ("too slow", f"{spent:.2f} s of CPU for {len(data)} bytes")
+    if problem is None:
+        return None
+    return {"number": number, "what": problem[0], "text": problem[1], "bytes": len(data)}
+
+
+def _both_walks(path: Path, number: int) -> None:
+    """Try the compiled walk and the other one in turn, now and then both."""
+    fast = number % 2 == 0
+    os.environ["FDI_FAST"] = str(int(fast))
+    log = exercise(path, Random(number))
+    if number % COMPARED == 0:
+        os.environ["FDI_FAST"] = str(int(not fast))
+        assert _summary(log) == _summary(exercise(path, Random(number))), "the walks differ"
+
+
+def _summary(log: Log) -> tuple[object, ...]:
+    rows = {key: (m.stamp.tobytes(), m.t.tobytes()) for key, m in log.messages.items()}
+    return rows, log.quality, log.events, log.flights, dict(log.parameters), log.sources
+
+
+def _place(error: BaseException) -> str:
+    """Return kind and innermost place in our code: what makes two failures the same."""
+    frames = [
+        f for f in traceback.extract_tb(error.__traceback__) if f"{os.sep}fdi{os.sep}" in f.filename
+    ]
+    where = (
+        f"{Path(frames[-1].filename).name}:{frames[-1].name}"
+        if frames
+        else str(error).partition(":")[0]
+    )
+    return f"{type(error).__name__} in {where}"
+
+
+def _used_memory() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    return pages * resource.getpagesize()
+
+
+def stop(number: int, frame: FrameType | None) -> None:
+    """End an input that costs far too much (handler of the timer's signal)."""
+    raise TooSlowError
+
+
+def warm_up(folder: Path) -> None:
+    """Import and compile what the first file of each format needs, outside the limits."""
+    from .heads import heads
+
+    for fast in "01":
+        os.environ["FDI_FAST"] = fast
+        for head in heads()[:6]:
+            (folder / "log").write_bytes(b"".join(head.chunks))
+            try:
+                exercise(folder / "log", Random(0))
+            except FdiError:
+                continue
+
+
+def inputs(words: list[str]) -> Iterator[tuple[int, bytes]]:
+    """Yield what the command line asks for: from the first to before the last number, or files."""
+    if all(word.isdecimal() for word in words):
+        for number in range(int(words[0]), int(words[1])):
+            yield number, make_input(number).data
+    else:
+        for i, word in enumerate(words):
+            yield i * COMPARED, Path(word).read_bytes()
+
+
+def main() -> None:
+    """Try what the command line asks for."""
+    warnings.simplefilter("error", RuntimeWarning)
+    signal.signal(signal.SIGPROF, stop)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        warm_up(folder)
+        for number, data in inputs(sys.argv[1:]):
+            print(json.dumps({"trying": number}), flush=True)
+            found = check(data, number, folder)
+            if found:
+                print(json.dumps(found), flush=True)
+    print(json.dumps({"done": True}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""No input makes a reader raise anything but our errors, hang, or devour memory.
+
+200,000 inputs: `make soak`. What once failed is kept in ``regressions/``, as small as it gets.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fdi.errors import LogError
+
+from .fuzz import exercise, worker
+from .fuzz.__main__ import ALONE
+from .fuzz.heads import heads
+from .fuzz.mutations import make_input
+from .fuzz.smaller import smaller
+
+REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.input"))
+
+
+@pytest.fixture(autouse=True)
+def _importable_worker(monkeypatch):
+    """A worker is started as a module of the tests."""
+    tests = Path(__file__).resolve().parents[1]
+    path = os.pathsep.join([str(tests.parent), str(tests), os.environ.get("PYTHONPATH", "")])
+    monkeypatch.setenv("PYTHONPATH", path)
+
+
+def test_what_failed_once_does_not_fail_again():
+    ended = subprocess.run(
+        [sys.executable, "-m", "telemetry.fuzz.worker", *map(str, REGRESSIONS)],
+        env={**os.environ, **ALONE},
+        capture_output=True,
+        timeout=120,
+        check=True,
+    )
+    said = [json.loads(line) for line in ended.stdout.splitlines()]
+    assert said[-1] == {"done": True}
+    failed = [(REGRESSIONS[s["number"] // worker.COMPARED].name, s) for s in said if "what" in s]
+    assert not failed
+
+
+def test_every_head_is_a_log_before_it_is_mutated(tmp_path):
+    """Else the fuzzing would only ever see refusals."""
+    path = tmp_path / "log"
+    for head in heads():
+        path.write_bytes(b"".join(head.chunks))
+        if head.kind == "log":  # the text form is refused by name
+            with pytest.raises(LogError, match="text"):
+                exercise.exercise(path, exercise.Random(0))
+            continue
+        log = exercise.exercise(path, exercise.Random(0))
+        assert sum(len(message) for message in log.messages.values()) > 10, head
+
+
+def test_number_makes_the_same_input_every_time():
+    first = [make_input(number) for number in range(40)]
+    assert [make_input(number) for number in range(40)] == first
+    assert len({one.data for one in first}) > 35
+
+
+@pytest.mark.parametrize(
+    ("defect", "what"),
+    [
+        (lambda: [][0], "IndexError"),
+        (lambda: bytearray(600_000_000), "MemoryError"),
+        (lambda: list(iter(int, 1)), "too slow"),
+        (lambda: worker.warnings.warn("odd", RuntimeWarning, stacklevel=1), "RuntimeWarning"),
+    ],
+)
+def test_defect_of_a_reader_is_noticed_and_made_small(monkeypatch, tmp_path, defect, what):
+    def spoiled(path, random):
+        if b"needle" in path.read_bytes():
+            defect()
+
+    monkeypatch.setattr(worker, "exercise", spoiled)
+    monkeypatch.setattr(worker, "START_S", 0.02)
+    before = worker.signal.signal(worker.signal.SIGPROF, worker.stop)
+    try:
+        data = b"hay" * 30 + b"needle" + b"hay" * 30
+        found = worker.check(data, 1, tmp_path)
+        assert found is not None
+        assert what in found["what"]
+        if what == "IndexError":
+            assert smaller(data, found["what"], 1, tmp_path) == b"needle"
+    finally:
+        worker.signal.signal(worker.signal.SIGPROF, before)
