@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from fdi.residuals import Residuals
 
 SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
 """(strength, share of the persistence that is enough beyond it)."""
-CLIP: Final = 10.0
+CLIP: Final = 5.0
 """Standard deviations; more in one sample counts as much in a mean."""
 KNOWN_SHARE: Final = 0.7
 """Of the samples of a mean."""
@@ -119,7 +119,7 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
     state[lasting & (state == QUIET)] = TRIGGERED
     strength = np.fmax(fast, slow)
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
-    return Alarms(
+    return _frozen(
         residuals,
         use,
         threshold=threshold,
@@ -128,7 +128,7 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
         alarm=sudden | lasting,
         strength=strength,
         certain=known_sudden | known_lasting,
-        delay_s=residuals.delay_s,
+        delay_s=residuals.delay_s.copy(),
         unfit=unfit,
         mean=mean,
         mean_threshold=mean_threshold,
@@ -201,19 +201,24 @@ def _lasting(
     mean: NDArray[np.float64],
     count: int,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return where a mean is beyond its threshold, back to where it began, and where it is."""
+    """Return where a mean is beyond its threshold, from beginning to end, and where certainly."""
     with np.errstate(invalid="ignore"):
-        certain = strength > 1.0
-    alarm = certain.copy()
-    for row in np.flatnonzero(certain.any(axis=1)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], certain[row]]).astype(np.int8)) > 0)
-        for start in edges:
-            # half of what the mean has reached, seen over a short while, is where it began
-            side = np.sign(mean[row, start]) * beyond[row, max(0, start - 2 * count) : start + 1]
+        over = strength > 1.0
+    alarm, certain = np.zeros(over.shape, bool), np.zeros(over.shape, bool)
+    for row in np.flatnonzero(over.any(axis=1)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], over[row], [False]]).astype(int)))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            # half of what the mean has reached, seen over a short while, bounds it on both sides
+            low = max(0, start - 2 * count)
+            side = np.sign(mean[row, start]) * beyond[row, low:stop]
             short = trailing_mean(side[None], max(1, count // 6), 1)[0]
-            below = np.flatnonzero(~(short > BEGUN * abs(mean[row, start])))
-            first = int(below[-1]) + 1 if len(below) else 0
-            alarm[row, start - (len(side) - 1 - min(first, len(side) - 1)) : start] = True
+            is_there = short > BEGUN * abs(mean[row, start])
+            before = np.flatnonzero(~is_there[: start - low + 1])
+            first = low + (int(before[-1]) + 1 if len(before) else 0)
+            there = np.flatnonzero(is_there[start - low :])
+            last = int(start + there[-1] if len(there) else start)
+            alarm[row, min(first, last) : last + 1] = True
+            certain[row, start : last + 1] = True
     return alarm, certain
 
 
@@ -239,7 +244,7 @@ def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
         strength = np.minimum(size / threshold, 1e6)
     raised = state == TRIGGERED
     unknown = np.full(size.shape, np.nan)
-    return Alarms(
+    return _frozen(
         residuals,
         use,
         threshold=threshold,
@@ -288,6 +293,12 @@ def persistent(
             result[known[start] : known[end - 1] + 1] = True
             complete[known[start + least - 1] : known[end - 1] + 1] = True
     return result, complete
+
+
+def _frozen(residuals: Residuals, use: Use, **arrays: Any) -> Alarms:
+    for array in arrays.values():
+        array.flags.writeable = False
+    return Alarms(residuals, use, **arrays)
 
 
 @dataclass(frozen=True, slots=True)

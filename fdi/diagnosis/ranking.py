@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.diagnosis.weighing import Concerns, Weight, concerns, weigh
@@ -92,8 +93,12 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
         for first, stop in zip(edges[::2], edges[1::2], strict=True):
             delay = float(alarms.delay_s[row])
             over = float(t[stop - 1]) + step
-            sure = np.flatnonzero(alarms.certain[row, first:stop])
-            if not len(sure):  # begins before the time in the air, or ends with it
+            begin, whole = _whole(alarms.alarm[row], first, stop)
+            sure = np.flatnonzero(alarms.certain[row, begin:whole]) + begin - first
+            # of one that stands when the time begins, as much must be left as makes an alarm
+            if begin < first:
+                sure = sure[:1] + (first - begin)
+            if not len(sure) or (begin < first and sure[0] >= stop - first):
                 continue
             known = float(t[first + sure[0]]) + delay
             # a centred window feels a change before it is in its middle
@@ -101,6 +106,14 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
+
+
+def _whole(alarm: NDArray[np.bool_], first: int, stop: int) -> tuple[int, int]:
+    """Return the bounds of the alarm that a part of it belongs to."""
+    quiet_before = np.flatnonzero(~alarm[:first])
+    quiet_after = np.flatnonzero(~alarm[stop:])
+    begin = int(quiet_before[-1]) + 1 if len(quiet_before) else 0
+    return begin, stop + (int(quiet_after[0]) if len(quiet_after) else len(alarm) - stop)
 
 
 def episodes(found: Sequence[Run]) -> list[list[Run]]:
@@ -170,7 +183,13 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     explained = tuple(run for run in found if set(bank.faults[run.row]) & set(weight.faults))
     scores = np.array([weights[name].score for name in able])
     share = float(1.0 / (np.exp(scores - weight.score).sum() + np.exp(-weight.score)))
-    tied = tuple(n for n in close if n != leading)
+    rows = {run.row for run in soon if set(bank.faults[run.row]) & set(weight.faults)}
+    tied = tuple(
+        name
+        for name in sorted(pool)
+        if name not in (leading, *bank.components[leading].affects)
+        and all(set(bank.faults[row]) & set(weights[name].faults) for row in rows)
+    )
     return Cause(leading, weight.faults, explained, share, 1.0, tied) if explained else None
 
 
@@ -199,7 +218,10 @@ def _effects(cause: Cause, remaining: Sequence[Run], bank: Concerns) -> list[Eff
     disturbed = affected(cause.component, bank.components)
     by_component: dict[str, list[Run]] = {}
     for run in remaining:
-        concerned = sorted(bank.of(run.row) & disturbed, key=lambda n: bank.order[n])
+        stated = {bank.component[f] for f in bank.faults[run.row] if f not in bank.suspected}
+        concerned = sorted(
+            bank.of(run.row) & disturbed, key=lambda n: (n not in stated, bank.order[n])
+        )
         if concerned and run.onset >= cause.runs[0].onset - WEIGHING_S:
             by_component.setdefault(concerned[0], []).append(run)
     return [

@@ -20,10 +20,10 @@ def signals(n, *, flights=(), rate=RATE):
     return Signals(t, {}, {}, flight_state(t, (), flights), rate, (), flights, {}, "by hand")
 
 
-def bank_of(count, *, kind=Kind.RELATION, circular=False):
+def bank_of(count, *, kind=Kind.RELATION, circular=False, side=""):
     """A bank of ``count`` residuals, each of an equation of its own."""
     equations = tuple(
-        SystemEquation(f"e{i}", kind, Symbol("x"), Number(0.0), {}, circular=circular)
+        SystemEquation(f"e{i}", kind, Symbol("x"), Number(0.0), {}, circular=circular, side=side)
         for i in range(count)
     )
     system = System("by hand", "", equations, (), (), (), {}, {}, {})
@@ -44,6 +44,7 @@ def residuals(
         np.broadcast_to(np.float64(allowance), values.shape).copy(),
         np.full(count, float(tolerance)),
         np.full(count, float(delay)),
+        np.full((count, 0), np.nan),
         signals(size, flights=flights, rate=rate),
     )
 

@@ -1,5 +1,7 @@
 """When a residual is beyond health: what every detector keeps, then each by its own claims."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,6 +19,8 @@ RECIPE = DEFAULT.decision
 LEAST = round(RECIPE.persistence_s * RATE)  # samples in a row that make an alarm
 MINUTE = round(60 * RATE)
 HALF_HOUR = 30 * MINUTE
+SUDDEN = replace(DEFAULT, decision=replace(RECIPE, mean_least=1e9, mean_most=1e9))
+"""The default without its look at means."""
 
 
 def noise(n, seed=0):
@@ -58,6 +62,7 @@ def test_unknown_samples_are_unknown_and_no_others(policy):
 def test_triggered_is_above_the_threshold_and_strength_says_by_how_much(policy):
     values = noise(MINUTE)
     values[100:140] += 30
+    policy = SUDDEN if policy is DEFAULT else policy
     alarms = policy.decide(residuals(values))
     over = np.abs(values - alarms.centre[0]) > alarms.threshold[0]
     assert over.any()
@@ -170,7 +175,7 @@ def test_step_of_ten_sigma_is_an_alarm_from_its_first_sample(seed, sign):
     alarm = DEFAULT.decide(residuals(values)).alarm[0]
     assert np.flatnonzero(alarm)[0] == 5 * MINUTE
     assert alarm[5 * MINUTE : 6 * MINUTE].all()
-    assert not alarm[6 * MINUTE :].any()
+    assert not alarm[6 * MINUTE + round(6 * RATE) :].any()
 
 
 def test_stronger_fault_is_alarmed_wherever_a_weaker_one_is():
@@ -189,8 +194,8 @@ def test_stronger_fault_is_alarmed_wherever_a_weaker_one_is():
 @pytest.mark.parametrize(("samples", "raised"), [(LEAST - 1, False), (LEAST, True)])
 def test_trigger_is_an_alarm_when_it_lasts(samples, raised):
     values = np.zeros(MINUTE)
-    values[100 : 100 + samples] = 50
-    alarms = DEFAULT.decide(residuals(values))
+    values[100 : 100 + samples] = 4.0
+    alarms = SUDDEN.decide(residuals(values))
     assert (alarms.state[0] == 1).sum() == samples
     assert alarms.alarm.any() == raised
 
@@ -198,19 +203,19 @@ def test_trigger_is_an_alarm_when_it_lasts(samples, raised):
 @pytest.mark.parametrize("rate", [1.0, 2.0])
 def test_slow_sampling_still_asks_for_the_least_number_of_samples(rate):
     values = np.zeros(100)
-    values[50 : 50 + RECIPE.least_samples - 1] = 50
-    assert not DEFAULT.decide(residuals(values, rate=rate)).alarm.any()
-    values[50 : 50 + RECIPE.least_samples] = 50
-    assert DEFAULT.decide(residuals(values, rate=rate)).alarm.any()
+    values[50 : 50 + RECIPE.least_samples - 1] = 4.0
+    assert not SUDDEN.decide(residuals(values, rate=rate)).alarm.any()
+    values[50 : 50 + RECIPE.least_samples] = 4.0
+    assert SUDDEN.decide(residuals(values, rate=rate)).alarm.any()
 
 
 def test_unknown_sample_neither_ends_a_run_nor_counts_for_it():
     values = np.zeros(MINUTE)
-    values[100 : 100 + 2 * LEAST - 2 : 2] = 50
+    values[100 : 100 + 2 * LEAST - 2 : 2] = 4.0
     values[101 : 100 + 2 * LEAST - 2 : 2] = np.nan
-    assert not DEFAULT.decide(residuals(values)).alarm.any()
-    values[100 + 2 * LEAST - 2] = 50
-    alarm = DEFAULT.decide(residuals(values)).alarm[0]
+    assert not SUDDEN.decide(residuals(values)).alarm.any()
+    values[100 + 2 * LEAST - 2] = 4.0
+    alarm = SUDDEN.decide(residuals(values)).alarm[0]
     assert np.flatnonzero(alarm).tolist() == list(range(100, 100 + 2 * LEAST - 1))
 
 
@@ -223,8 +228,11 @@ def test_gap_between_two_quiet_stretches_is_no_alarm():
 
 
 def test_alarm_is_certain_when_persistence_and_its_data_are_over():
-    alarms = DEFAULT.decide(residuals(np.zeros(100), delay=0.5))
-    assert alarms.confirm_s[0] == pytest.approx(0.5 + (LEAST - 1) / RATE)
+    values = np.zeros(200)
+    values[100:140] = 4.0  # beyond the threshold, and not twice
+    alarms = SUDDEN.decide(residuals(values, delay=0.5))
+    assert np.flatnonzero(alarms.certain[0]).tolist() == list(range(100 + LEAST - 1, 140))
+    assert alarms.delay_s.tolist() == [0.5]
 
 
 @given(
@@ -233,7 +241,7 @@ def test_alarm_is_certain_when_persistence_and_its_data_are_over():
 )
 def test_persistent_equals_counting_along_the_known_samples(states, least):
     state = np.array(states, dtype=int)
-    found = persistent(state == 1, state == -1, least)
+    found, complete = persistent(state == 1, state == -1, least)
     expected, run = np.zeros(len(state), bool), []
     for place, own in [*enumerate(states), (len(states), 0)]:
         if own == 1:
@@ -241,8 +249,10 @@ def test_persistent_equals_counting_along_the_known_samples(states, least):
         elif own == 0:
             if len(run) >= least:
                 expected[run[0] : run[-1] + 1] = True
+                assert complete[run[least - 1]]
             run = []
     assert np.array_equal(found, expected)
+    assert (complete <= found).all()
 
 
 def test_without_stated_spread_and_tolerance_any_deviation_triggers():
@@ -256,8 +266,8 @@ def test_without_stated_spread_and_tolerance_any_deviation_triggers():
 def test_tolerance_is_added_to_the_spread():
     values = np.zeros(2 * MINUTE)
     values[200:240] = 8.0
-    assert DEFAULT.decide(residuals(values)).alarm.any()
-    assert not DEFAULT.decide(residuals(values, tolerance=6.0)).alarm.any()
+    assert SUDDEN.decide(residuals(values)).alarm.any()
+    assert not SUDDEN.decide(residuals(values, tolerance=6.0)).alarm.any()
 
 
 @given(st.floats(-30, 30), st.floats(0, 5))
@@ -266,10 +276,12 @@ def test_centre_is_the_offset_as_far_as_the_model_allows_one(offset, allowed):
     assert alarms.centre[0] == pytest.approx(np.clip(offset, -allowed, allowed))
 
 
-def test_fault_since_boot_stays_visible_beyond_the_allowance():
-    """Beyond it by more than the spread could be widened to: no calm part tells it from noise."""
+def test_fault_since_boot_beyond_the_allowance_is_a_condition():
+    """Nothing in the flight tells it from a test that does not fit the vehicle: it is said."""
     values = noise(2 * MINUTE) + 5.0 + 1.2 * RECIPE.sigmas * RECIPE.most_factor
-    assert DEFAULT.decide(residuals(values, allowance=5.0)).alarm.mean() > 0.95
+    alarms = DEFAULT.decide(residuals(values, allowance=5.0))
+    assert alarms.unfit.tolist() == [True]
+    assert (alarms.state == -1).all()
     assert not DEFAULT.decide(residuals(values, allowance=30.0)).alarm.any()
 
 
@@ -329,13 +341,44 @@ def test_limit_keeps_the_bound_that_it_states():
     assert (loud.threshold == RECIPE.sigmas).all()
 
 
-def test_limit_that_was_exceeded_at_first_is_quiet_once_it_is_kept():
-    """No offset is taken off it: zero is within the limit, whatever went before."""
+@pytest.mark.parametrize(("first", "unfit"), [(0, True), (40, False)])
+def test_limit_that_is_exceeded_from_the_beginning_on_is_a_condition(first, unfit):
     values = np.zeros(5 * MINUTE)
-    values[: 2 * MINUTE] = 3.0
+    values[round(first * RATE) : 2 * MINUTE] = 3.0
     alarms = DEFAULT.decide(residuals(values, spread=0.1, allowance=2.0, kind=Kind.LIMIT))
+    assert alarms.unfit.tolist() == [unfit]
+    assert alarms.alarm.any() != unfit
     assert not alarms.alarm[0, 2 * MINUTE :].any()
-    assert alarms.alarm[0, : 2 * MINUTE].all()
+
+
+def test_side_that_does_not_count_raises_nothing():
+    values = np.zeros(5 * MINUTE)
+    values[3 * MINUTE :] = 8.0  # right minus left: the left side is below
+    assert not DEFAULT.decide(residuals(values, side="above")).alarm.any()
+    assert DEFAULT.decide(residuals(values, side="below")).alarm.any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_small_offset_that_lasts_is_an_alarm_from_about_its_beginning_to_its_end(seed):
+    """Two standard deviations: far below the threshold of five, far above any mean in health."""
+    values = noise(10 * MINUTE, seed)
+    values[5 * MINUTE : 6 * MINUTE] += 2.0
+    alarms = DEFAULT.decide(residuals(values))
+    place = np.flatnonzero(alarms.alarm[0])
+    assert abs(place[0] - 5 * MINUTE) <= 3 * RATE
+    assert abs(place[-1] - 6 * MINUTE) <= 3 * RATE
+    sure = np.flatnonzero(alarms.certain[0])[0]
+    assert 2 * RATE <= sure - 5 * MINUTE <= 10 * RATE
+    assert np.nanmax(np.abs(alarms.mean[0])) == pytest.approx(2.0, abs=0.5)
+
+
+@pytest.mark.parametrize(("size", "samples"), [(4.0, 6), (6.0, 3), (15.0, 2)])
+def test_stronger_trigger_needs_less_time(size, samples):
+    values = np.zeros(MINUTE)
+    values[100 : 100 + samples - 1] = size
+    assert not SUDDEN.decide(residuals(values)).alarm.any()
+    values[100 : 100 + samples] = size
+    assert SUDDEN.decide(residuals(values)).alarm.any()
 
 
 def test_difference_of_angles_from_their_centre_wraps():

@@ -81,11 +81,21 @@ def alarms_of(
             for start, end in intervals:
                 mask[place, (t >= start) & (t < end)] = True
     state = np.where(blank, -1, alarm.astype(int)).astype(np.int8)
-    strength = np.where(blank, np.nan, peak * alarm)
+    shown, strength = peak * alarm, np.where(blank, np.nan, abs(peak) * alarm)
     zero = np.zeros(count)
     every = np.zeros((count, len(t)))
     signals = Signals(t, {}, {}, flight_state(t, (), flights), RATE, (), flights, {}, "by hand")
-    residuals = Residuals(bank, THRESHOLD * strength, every + 0.4, every, zero, zero, signals)
+    response = np.full((count, len(bank.system.faults)), np.nan)
+    residuals = Residuals(
+        bank,
+        THRESHOLD * np.where(blank, np.nan, shown),
+        every + 0.4,
+        every,
+        zero,
+        zero,
+        response,
+        signals,
+    )
     threshold = np.full(state.shape, THRESHOLD)
     made = Alarms(
         residuals,
@@ -95,9 +105,22 @@ def alarms_of(
         state,
         alarm,
         strength,
-        np.full(count, CONFIRM_S),
+        certain=_certain(alarm),
+        delay_s=zero,
+        unfit=np.zeros(count, bool),
+        mean=np.full(state.shape, np.nan),
+        mean_threshold=np.full(state.shape, np.nan),
     )
     return replace(made, **changes)
+
+
+def _certain(alarm):
+    """From ``CONFIRM_S`` after the beginning of every alarm on."""
+    late = round(CONFIRM_S * RATE)
+    certain = alarm.copy()
+    for place in range(alarm.shape[1]):
+        certain[:, place] = alarm[:, max(0, place - late) : place + 1].all(axis=1) & (place >= late)
+    return certain
 
 
 def named(items):

@@ -98,7 +98,9 @@ def test_difference_of_angles_is_told_the_short_way_round():
     text = model({"gps": ["x"], "baro": ["x"]}, unit="rad")
     bank = bank_of(text.replace("x: {unit: rad}", "x: {unit: rad, circular: true}"))
     assert bank.system.equations[bank.generators[0].residual].circular
-    said = evidence(bank, 0, peak=-1.5, centre=np.array([3.0])).text  # -3 against 3 rad
+    said = evidence(
+        bank, 0, peak=-1.5, centre=np.array([3.0]), strength=np.full((1, 400), 5.0)
+    ).text  # -3 against 3 rad
     assert "off by up to 16.2 deg" in said
 
 

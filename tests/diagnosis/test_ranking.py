@@ -89,7 +89,7 @@ def test_two_that_cannot_be_told_apart_are_both_named():
     bank = bank_of(model({"baro": ["x"], "gps": ["x"]}))
     (finding,) = answer({0: [(40, 60)]}, bank=bank).findings
     assert (finding.component, finding.inseparable_from) == ("baro", ("gps",))
-    assert finding.confidence == 0.5
+    assert 0.4 < finding.confidence < 0.5  # somebody else, unseen, is never ruled out
 
 
 def test_component_that_explains_nothing_does_not_win_over_one_that_does():
@@ -142,7 +142,7 @@ FLIGHT = Flight(5, 95, takeoff=30, impact=70)
 @pytest.mark.parametrize(
     ("flight", "counts"),
     [
-        (Flight(5, 95), [True, True, True]),
+        (Flight(5, 95), [False, True, True]),  # begins in the air: nothing has settled
         (Flight(5, 95, takeoff=30), [False, True, True]),
         (Flight(5, 95, takeoff=30, landing=70), [False, True, False]),
         (Flight(5, 95, takeoff=30, impact=70), [False, True, False]),
@@ -177,7 +177,7 @@ def test_what_follows_an_impact_is_no_consequence():
 
 
 def test_every_flight_is_diagnosed_by_itself():
-    flights = (Flight(0, 45), Flight(50, 100))
+    flights = (Flight(0, 45, takeoff=1), Flight(50, 100, takeoff=51))
     found = answer(pairs("gps", "x", (36, 44), (52, 60)), flights=flights).findings
     assert [(f.flight, f.onset) for f in found] == [(0, 36.0), (1, 52.0)]
 
