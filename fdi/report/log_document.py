@@ -16,8 +16,9 @@ from fdi.result import log_facts, number, quality_rows
 from fdi.telemetry import Clock, Log, Message
 
 SCHEMA_VERSION: Final = 1
-LEAST_EXTENT_S: Final = 1.0
-"""Records of a shorter time are a burst (a download, definitions), which has no rate."""
+BURST_S: Final = 1.0
+BURST_PERIOD_S: Final = 0.01
+"""Records of a shorter time and closer together are a burst (a download, definitions)."""
 LEAST_RECORDS: Final = 5
 SAMPLE: Final = 50_000
 """Steps that tell the median of millions."""
@@ -69,11 +70,14 @@ def rate(message: Message) -> float | None:
 
     It is the rate that the message has while it comes (by its median period), whatever the gaps.
     """
-    if len(message) < LEAST_RECORDS or message.t[-1] - message.t[0] < LEAST_EXTENT_S:
+    if len(message) < LEAST_RECORDS:
         return None
     steps = np.diff(message.t)
     period = float(np.median(steps[:: steps.size // SAMPLE + 1]))
-    known = period * (len(message) - 1) / float(message.t[-1] - message.t[0])
+    extent = float(message.t[-1] - message.t[0])
+    if extent < BURST_S and period < BURST_PERIOD_S:
+        return None
+    known = period * (len(message) - 1) / extent
     return 1 / period if LEAST_REGULAR <= known <= 1 / LEAST_REGULAR else None
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from fdi.structure.display import html_table
 from fdi.structure.incidence import Model, Rows
 from fdi.structure.matching import match
 
@@ -81,6 +82,22 @@ class Decomposition:
             for name, part in (("over", self.over), ("just", self.just), ("under", self.under))
         )
         return f"<Decomposition: {parts}, redundancy {self.redundancy}, rank {self.rank}>"
+
+    def _repr_html_(self) -> str:
+        parts = [("over", self.over), ("just", self.just), ("under", self.under)]
+        parts += [(f"Hall block {k}", block) for k, block in enumerate(self.hall, start=1)]
+        cells = [
+            (
+                name,
+                len(part.equations),
+                len(part.unknowns),
+                _listed(part.equations),
+                _listed(part.unknowns),
+            )
+            for name, part in parts
+        ]
+        head = ("part", "equations", "unknowns", "which equations", "which unknowns")
+        return html_table(repr(self)[1:-1], head, cells)
 
 
 def decompose(model: Model) -> Decomposition:
@@ -344,6 +361,10 @@ def _hall_blocks(
     for unknown in just_unknowns:
         blocks[label[position[equation_of[unknown]]]][1].append(unknown)
     return tuple(_part(equations, unknowns) for equations, unknowns in blocks.values())
+
+
+def _listed(indices: tuple[int, ...]) -> str:
+    return ", ".join(map(str, indices))
 
 
 def _part(equations: Iterable[int], unknowns: Iterable[int]) -> Part:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fdi.structure.decomposition import Part, reached
+from fdi.structure.display import html_table
 from fdi.structure.incidence import Model, Rows
 from fdi.structure.matching import match
 
@@ -47,6 +48,13 @@ class Classes:
     def __repr__(self) -> str:
         count = sum(len(part.equations) for part in self.sets)
         return f"<Classes: {len(self.sets)} of {count} equations, {len(self.free)} free unknowns>"
+
+    def _repr_html_(self) -> str:
+        cells = [
+            (k, ", ".join(map(str, part.equations)), ", ".join(map(str, part.unknowns)))
+            for k, part in enumerate(self.sets)
+        ]
+        return html_table(repr(self)[1:-1], ("class", "equations", "its unknowns"), cells)
 
 
 def classes(model: Model) -> Classes:

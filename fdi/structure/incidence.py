@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from fdi.errors import ModelError
+from fdi.structure.display import html_table
 
 Rows = Sequence[Sequence[int]]
 
@@ -142,6 +143,17 @@ class Model:
             f"<Model{name}: {len(self.equations)} equations, {len(self.unknowns)} unknowns, "
             f"{len(self.faults)} faults>"
         )
+
+    def _repr_html_(self) -> str:
+        cells = [
+            (
+                label,
+                ", ".join(self.unknowns[u] for u in row),
+                ", ".join(fault.name for fault in self.faults if e in fault.equations),
+            )
+            for e, (label, row) in enumerate(zip(self.equations, self.rows, strict=True))
+        ]
+        return html_table(repr(self)[1:-1], ("equation", "unknowns", "faults"), cells)
 
     @classmethod
     def from_matrix(

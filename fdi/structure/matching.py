@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.structure.display import html_table
 from fdi.structure.incidence import Rows
 
 
@@ -51,6 +52,10 @@ class Matching:
             f"<Matching of {len(self)}: {len(self.unknown_of_equation)} equations, "
             f"{len(self.equation_of_unknown)} unknowns>"
         )
+
+    def _repr_html_(self) -> str:
+        pairs = [(e, u) for e, u in enumerate(self.unknown_of_equation.tolist()) if u >= 0]
+        return html_table(repr(self)[1:-1], ("equation", "unknown"), pairs)
 
 
 def maximum_matching(rows: Rows, n_unknowns: int) -> Matching:

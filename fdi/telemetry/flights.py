@@ -208,15 +208,20 @@ def _largest_force(messages: Mapping[str, Message], t: Floats) -> Floats:
     if t.size < 2:
         return force
     edges = (t[1:] + t[:-1]) / 2
+    seen = set()
     for name in _ACCELEROMETERS:
         message = messages.get(name)
         if message is None or message.unit("xacc") != "m/s^2" or not len(message):
             continue
-        axes = [message.si(axis) for axis in ("xacc", "yacc", "zacc")]
+        if message.made_from in seen:  # the same records under another name
+            continue
+        seen.add(message.made_from or name)
+        x, y, z = (message.si(axis) for axis in ("xacc", "yacc", "zacc"))
+        first = np.append(0, np.searchsorted(message.t, edges, side="right"))
+        some = np.flatnonzero(np.diff(first, append=len(message)))
         with np.errstate(over="ignore"):
-            size = np.sqrt(sum(axis**2 for axis in axes))
-        place = np.searchsorted(edges, message.t)
-        np.fmax.at(force, place, size)
+            largest = np.fmax.reduceat(x * x + y * y + z * z, first[some])
+        force[some] = np.fmax(force[some], np.sqrt(largest))
     return force
 
 

@@ -149,9 +149,13 @@ class Message:
     def _in_si(self, column: Column, raw: NDArray[Any]) -> Floats:
         with np.errstate(invalid="ignore", over="ignore"):
             values: Floats = raw.astype(np.float64)
-            values *= column.conversion.scale
-            values += column.conversion.offset
-        values[~np.isfinite(values)] = np.nan
+            if column.conversion.scale != 1.0:
+                values *= column.conversion.scale
+            if column.conversion.offset:
+                values += column.conversion.offset
+            is_known = np.isfinite(values.sum())  # fewer passes: most columns are known throughout
+        if not is_known:
+            values[~np.isfinite(values)] = np.nan
         for sentinel in column.invalid:
             values[raw == sentinel] = np.nan
         if column.blank:

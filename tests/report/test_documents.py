@@ -138,6 +138,7 @@ def test_the_log_document_keeps_its_schema_and_has_no_nan() -> None:
         (np.concatenate((np.arange(0, 9, 0.25), np.arange(13, 25, 0.25))), 4.0),  # a gap
         (np.arange(300) * 1e-6, None),  # a download
         (np.array([0.0, 0.1, 0.2, 60.0, 60.1, 400.0, 400.1]), None),  # now and then
+        (np.arange(24) * 0.04, 25.0),  # a log of a second
         (np.array([0.0, 0.5, 1.0]), None),
         (np.empty(0), None),
     ],

@@ -54,3 +54,41 @@ def test_messages_end_with_the_room_of_the_machine_code(monkeypatch):
     found = walked(data, "1", monkeypatch)[0]
     assert len(found) == 93_000
     assert found == walked(data, "0", monkeypatch)[0]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_machine_code_decodes_what_numpy_decodes(seed, monkeypatch, load):
+    data = damaged(seed)
+
+    def columns(fast: str) -> dict[tuple[str, str], object]:
+        monkeypatch.setenv("FDI_FAST", fast)
+        log = load(data)
+        own = [message for message in log.messages.values() if message.made_from is None]
+        found = {(m.key, name): m.raw(name) for m in own for name in m.fields}
+        return {
+            key: values.tolist() if values.dtype == object else (values.dtype, values.tobytes())
+            for key, values in found.items()
+        }
+
+    assert columns("1") == columns("0")
+
+
+def test_topic_too_large_to_be_kept_is_read_field_by_field(monkeypatch, load):
+    data = build.small(500)
+    whole = load(data)
+    monkeypatch.setattr("fdi.telemetry.formats.ulog_columns._KEPT_BYTES", 1000)
+    parts = load(data)
+    for key in ("wave", "motors"):
+        for name in whole[key].fields:
+            assert whole[key].raw(name).tolist() == parts[key].raw(name).tolist()
+
+
+def test_columns_used_last_are_kept_up_to_a_size(monkeypatch, load):
+    data = build.small(500)
+    monkeypatch.setattr("fdi.telemetry.formats.ulog_columns._KEPT_BYTES", 25_000)
+    monkeypatch.setenv("FDI_FAST", "0")
+    log = load(data)
+    for _ in range(2):
+        for message in log.messages.values():
+            for name in message.fields:
+                assert message.columns[name].load().size == message.stamp.size

@@ -27,6 +27,7 @@ ulog.py               PX4 log: puts the log together
 ulog_definitions.py   formats, subscriptions, keys
 ulog_walk.py          finds messages and damage in the bytes
 ulog_records.py       messages by topic
+ulog_columns.py       decodes their fields
 ulog_times.py         when was each record made
 ulog_units.py         units of its fields
 ulog_events.py        modes, arming, texts, parameters

@@ -19,6 +19,7 @@ from fdi.telemetry.quality import QualityRecord
 
 _SINGLE: Final = 20  # more findings of one kind are told as one
 _GAP_S: Final = 2.0
+_SAMPLE: Final = 1000  # steps that tell the period of a message
 _GAP_PERIODS: Final = 3.0
 _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
 _SEQUENCE_STEP: Final = 64  # a longer step in the sequence is a second link or a restart
@@ -75,7 +76,7 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         if len(message) < 5:
             continue
         step = np.diff(message.t)
-        period = float(np.median(step))
+        period = float(np.median(step[:: step.size // _SAMPLE + 1]))
         if period > _GAP_S:
             continue
         regular += 1

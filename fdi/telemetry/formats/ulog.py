@@ -20,8 +20,8 @@ offset a fresh message begins, although the part before may end within one.
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -34,7 +34,7 @@ from fdi.errors import LogError
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.formats.mavlink_quality import duplicate_record, gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
-from fdi.telemetry.formats.texts import texts
+from fdi.telemetry.formats.ulog_columns import Places, Store
 from fdi.telemetry.formats.ulog_definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog_events import (
     crash_dumps,
@@ -51,7 +51,6 @@ from fdi.telemetry.formats.ulog_quality import damage_records, definition_record
 from fdi.telemetry.formats.ulog_records import Rows, find_records
 from fdi.telemetry.formats.ulog_times import (
     Placed,
-    Reference,
     Stamped,
     clock,
     placed,
@@ -59,7 +58,6 @@ from fdi.telemetry.formats.ulog_times import (
     repair_records,
 )
 from fdi.telemetry.formats.ulog_units import Release, field_meaning
-from fdi.telemetry.formats.ulog_walk import words
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
@@ -92,19 +90,20 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     records = find_records(data, parts)
     if not records.rows:
         raise LogError("is a ULog without a record of data", where=path.name)
-    topics = _topics(data, records.rows)
+    topics = _topics(records.rows)
+    store = Store(data, [Places(topic.layout, topic.at) for topic in topics])
     stamped = [topic.stamped() for topic in topics]
     known = reference(stamped, start_us)
     times = [placed(one, known) for one in stamped]
     info = information(records.others)
     release = release_of(info)
-    own = _messages(topics, times, stamped, known, release)
+    own = _messages(topics, times, store, release)
     values, changes, named = parameters(records.others, known.at_place)
     vehicle = vehicle_of(own, values)
     autopilot = "px4" if info.get("sys_name") == "PX4" else "other"
     said = as_mavlink(own, vehicle, table="mavlink_ulog")
     messages = own | {k: m for k, m in said.items() if k not in own}
-    end = max(float(p.t.max()) for p in times)
+    end = max(float(one.t[-1]) for one in times)
     events = [*log_texts(records.others, known.of_stamp), *log_events(own, release), *named]
     events += crash_dumps(records.others, end)
     events.sort(key=lambda e: e.t)
@@ -171,41 +170,20 @@ class _Topic:
     name: str
     instance: int | None
     layout: Layout
-    data: Bytes
     at: Ints
     stamp: Stamps
-    # the records of the topic that was asked for last, shared by all
-    cache: dict[int, Bytes] = field(repr=False)
 
     def stamped(self) -> Stamped:
         """Return the stamps with the topic's name."""
         key = self.name if self.instance is None else f"{self.name}[{self.instance}]"
         return Stamped(key, self.at, self.stamp)
 
-    def is_unset(self, flag: Field) -> NDArray[np.bool_]:
-        """Return in which records a flag is not set."""
-        unset: NDArray[np.bool_] = self.values(flag) == 0
-        return unset
 
-    def values(self, wanted: Field) -> NDArray[Any]:
-        """Return a field's raw values, (n,); texts as `str`."""
-        size = self.layout.size
-        block = self.cache.get(id(self))
-        if block is None:
-            block = words(self.data, f"V{size}")[self.at].view(np.uint8)
-            self.cache.clear()  # columns are asked for topic by topic
-            self.cache[id(self)] = block
-        part = np.ndarray(self.at.shape, wanted.dtype, block, wanted.offset, (size,))
-        values: NDArray[Any] = np.ascontiguousarray(part)
-        return texts(values) if wanted.is_text else values
-
-
-def _topics(data: Bytes, rows: Sequence[Rows]) -> list[_Topic]:
+def _topics(rows: Sequence[Rows]) -> list[_Topic]:
     """Return the topics; subscriptions of one topic together, other layouts of it apart."""
     groups: dict[tuple[str, int], list[Rows]] = {}
     for one in rows:
         groups.setdefault((one.layout.topic, one.instance), []).append(one)
-    cache: dict[int, Bytes] = {}
     made = []
     for (name, instance), group in sorted(groups.items()):
         layouts = list(dict.fromkeys(one.layout for one in group))
@@ -217,48 +195,48 @@ def _topics(data: Bytes, rows: Sequence[Rows]) -> list[_Topic]:
                 order = np.argsort(at)
                 at, stamp = at[order], np.concatenate([one.stamp for one in same])[order]
             label = name if not i else f"{name}#{i + 1}"
-            made.append(_Topic(label, instance or None, layout, data, at, stamp, cache))
+            made.append(_Topic(label, instance or None, layout, at, stamp))
     return made
 
 
 def _messages(
-    topics: Sequence[_Topic],
-    times: Sequence[Placed],
-    stamped: Sequence[Stamped],
-    known: Reference,
-    release: Release,
+    topics: Sequence[_Topic], times: Sequence[Placed], store: Store, release: Release
 ) -> dict[str, Message]:
-    count = np.arange(max(topic.at.size for topic in topics))
-    count.flags.writeable = False
+    every = np.arange(max(topic.at.size for topic in topics))
     made = {}
-    for topic, time, one in zip(topics, times, stamped, strict=True):
-        t, kept = _ascending(time.t, count)
-        stamp = time.t if time.wrong else known.said(one.at, one.stamp)
-        columns = {wanted.name: _column(topic, wanted, release) for wanted in topic.layout.fields}
-        message = Message(topic.name, topic.instance, t, stamp, kept, MappingProxyType(columns))
-        for array in (t, stamp):
+    for number, (topic, time) in enumerate(zip(topics, times, strict=True)):
+        kept = every[: topic.at.size] if time.kept is None else time.kept
+        columns = _columns(topic.layout, partial(store.load, number), release)
+        for array in (time.t, time.stamp, kept):
             array.flags.writeable = False
+        message = Message(
+            topic.name, topic.instance, time.t, time.stamp, kept, MappingProxyType(columns)
+        )
         made[message.key] = message
     return made
 
 
-def _column(topic: _Topic, wanted: Field, release: Release) -> Column:
-    meaning = field_meaning(topic.layout.topic, wanted.name, wanted.plain, wanted.dtype, release)
-    flag = None if meaning.flag is None else topic.layout.field(meaning.flag)
-    load = partial(topic.values, wanted)
-    if flag is None:
-        return Column(load, meaning.conversion, meaning.invalid, is_text=wanted.is_text)
-    return Column(load, meaning.conversion, meaning.invalid, absent=partial(topic.is_unset, flag))
+def _columns(
+    layout: Layout, load: Callable[[Field], NDArray[Any]], release: Release
+) -> dict[str, Column]:
+    made = {}
+    for one in layout.fields:
+        meaning = field_meaning(layout.topic, one.name, one.plain, one.dtype, release)
+        flag = None if meaning.flag is None else layout.field(meaning.flag)
+        absent = _never if flag is None else partial(_unset, partial(load, flag))
+        made[one.name] = Column(
+            partial(load, one), meaning.conversion, meaning.invalid, (), absent, one.is_text
+        )
+    return made
 
 
-def _ascending(t: Floats, count: Ints) -> tuple[Floats, Ints]:
-    """Return t, strictly ascending, and the records that it belongs to."""
-    if np.all(t[1:] > t[:-1]):
-        return t, count[: t.size]
-    rows = np.argsort(t, kind="stable")
-    t = t[rows]
-    is_last = np.append(t[1:] > t[:-1], True)
-    return t[is_last], rows[is_last]
+def _never() -> None:
+    return None
+
+
+def _unset(load: Callable[[], NDArray[Any]]) -> NDArray[np.bool_]:
+    unset: NDArray[np.bool_] = load() == 0
+    return unset
 
 
 def _utc(own: dict[str, Message]) -> tuple[Floats, Floats]:

@@ -28,9 +28,9 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,11 @@ TYPES: Final = {
     **{"int8_t": "i1", "int16_t": "<i2", "int32_t": "<i4", "int64_t": "<i8"},
     **{"uint8_t": "u1", "uint16_t": "<u2", "uint32_t": "<u4", "uint64_t": "<u8"},
     **{"float": "<f4", "double": "<f8", "bool": "u1", "char": "S1"},
+}
+_NUMBERS: Final = {
+    **{"int8_t": "<b", "int16_t": "<h", "int32_t": "<i", "int64_t": "<q", "bool": "<B"},
+    **{"uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q"},
+    **{"float": "<f", "double": "<d"},
 }
 _SIZES: Final = {name: np.dtype(dtype).itemsize for name, dtype in TYPES.items()}
 LARGEST: Final = 0xFFFF - 2  # bytes of fields that one message can hold
@@ -57,20 +62,19 @@ _KEY_AT: Final = {"I": 0, "M": 1, "P": 0, "Q": 1}
 _TEXT_AT: Final = {"L": 9, "C": 11}
 _SEVERITIES: Final = range(8)
 _NO_TEXT: Final = re.compile(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f\x7f]")
+_PADDING: Final = "_padding"
 _DEEPEST: Final = 16  # formats within formats
 _WORD: Final = r"[A-Za-z0-9_\-/]+"
-_FORMAT: Final = re.compile(rf"({_WORD}):(.*)", re.ASCII | re.DOTALL)
 _FIELD: Final = re.compile(rf"({_WORD})(?:\[([0-9]{{1,10}})\])? +({_WORD})", re.ASCII)
 _KEY: Final = re.compile(r"(\w+)(?:\[([0-9]{1,10})\])? +([\x21-\x7e]+(?: [\x21-\x7e]+)*)", re.ASCII)
 _TOPIC: Final = re.compile(_WORD, re.ASCII)
 
 
-@dataclass(frozen=True, slots=True)
-class Member:
+class Member(NamedTuple):
     """One declared field: its type, how many of it (0: no array), its name."""
 
     kind: str
-    count: int
+    length: int
     name: str
 
 
@@ -82,8 +86,7 @@ class Format:
     members: tuple[Member, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
+class Field(NamedTuple):
     """One value of a record: where in the body behind the message id, and its type.
 
     ``plain`` is the name without indices, by which units are known: ``esc.esc_rpm``.
@@ -124,8 +127,7 @@ class Layout:
         return found if found is not None and found.dtype == "<u8" else None
 
 
-@dataclass(frozen=True, slots=True)
-class Subscription:
+class Subscription(NamedTuple):
     """From byte ``since`` on, messages with this id are records of an instance of a topic."""
 
     since: int
@@ -134,12 +136,11 @@ class Subscription:
     topic: str
 
 
-@dataclass(frozen=True, slots=True)
-class Key:
+class Key(NamedTuple):
     """A key with its value as bytes, from an I, M, P or Q message; ``count`` of an array."""
 
     kind: str
-    count: int | None
+    length: int | None
     name: str
     raw: bytes
     is_continued: bool = False
@@ -148,14 +149,13 @@ class Key:
         """Return a text or number, None where it is neither."""
         if self.kind == "char":
             return self.raw.decode("utf-8", "replace")
-        if self.count is not None:
+        if self.length is not None:
             return None
-        number: float = np.frombuffer(self.raw, TYPES[self.kind])[0].item()
+        number: float = struct.unpack(_NUMBERS[self.kind], self.raw)[0]
         return number
 
 
-@dataclass(frozen=True, slots=True)
-class Logged:
+class Logged(NamedTuple):
     """A text of the autopilot: severity (0 emergency to 7 debug), us since boot."""
 
     severity: int
@@ -185,16 +185,17 @@ def parsed(kind: int, body: bytes, at: int) -> Content | None:
 
 
 def _format(body: bytes) -> Format | None:
-    found = _FORMAT.fullmatch(body.decode("latin-1"))
-    if found is None:
-        return None
+    name, colon, text = body.decode("latin-1").partition(":")
     members = []
-    for text in filter(None, found[2].split(";")):
-        field = _FIELD.fullmatch(text.strip())
-        if field is None or (field[2] and not int(field[2])):
+    for part in text.split(";"):
+        found = _FIELD.fullmatch(part.strip()) if part else None
+        if found is not None:
+            kind, count, field = found.groups()
+            members.append(Member(kind, int(count or 0), field))
+        if part and (found is None or (found[2] and not members[-1].length)):
             return None
-        members.append(Member(field[1], int(field[2] or 0), field[3]))
-    return Format(found[1], tuple(members)) if members else None
+    is_format = colon and members and _TOPIC.fullmatch(name)
+    return Format(name, tuple(members)) if is_format else None
 
 
 def _subscription(body: bytes, since: int) -> Subscription | None:
@@ -231,17 +232,24 @@ def resolve(name: str, formats: Mapping[str, Format]) -> Layout | None:
         return None
     tail = 0
     for member in reversed(formats[name].members):
-        if not member.name.startswith("_padding"):
+        if not member.name.startswith(_PADDING):
             break
         tail += _extent(member, sizes)
-    fields = []
-    taken: set[str] = set()
-    for label, plain, offset, dtype in _flat(name, formats, sizes, ("", "", 0)):
-        while label in taken:
-            label += "_"
-        taken.add(label)
-        fields.append(Field(label, plain, offset, dtype))
+    fields: list[Field] = []
+    _flatten(formats[name], formats, sizes, Field("", "", 0, ""), fields)
+    if len({one.name for one in fields}) < len(fields):
+        fields = _told_apart(fields)
     return Layout(name, tuple(fields), full - tail, full)
+
+
+def _told_apart(fields: Sequence[Field]) -> list[Field]:
+    made: dict[str, Field] = {}
+    for one in fields:
+        label = one.name
+        while label in made:
+            label += "_"
+        made[label] = one._replace(name=label)
+    return list(made.values())
 
 
 def _size(name: str, formats: Mapping[str, Format], sizes: dict[str, int], deep: int) -> int:
@@ -263,32 +271,33 @@ def _size(name: str, formats: Mapping[str, Format], sizes: dict[str, int], deep:
 
 
 def _extent(member: Member, sizes: Mapping[str, int]) -> int:
-    return (_SIZES.get(member.kind) or sizes.get(member.kind, 0)) * max(member.count, 1)
+    return (_SIZES.get(member.kind) or sizes.get(member.kind, 0)) * max(member.length, 1)
 
 
-def _flat(
-    name: str,
+def _flatten(
+    known: Format,
     formats: Mapping[str, Format],
     sizes: Mapping[str, int],
-    place: tuple[str, str, int],
-) -> Iterator[tuple[str, str, int, str]]:
-    """Yield what makes the fields of a possible format; place: names so far, offset."""
-    prefix, plain, offset = place
-    for member in formats[name].members:
-        size = _extent(member, sizes)
-        dtype = TYPES.get(member.kind)
-        full, bare = prefix + member.name, plain + member.name
-        if member.name.startswith("_padding"):
+    inside: Field,
+    fields: list[Field],
+) -> None:
+    """Add the single values of a possible format; ``inside``: the beginning of names, offset."""
+    prefix, plain, offset, _ = inside
+    for kind, count, name in known.members:
+        one = _SIZES.get(kind) or sizes[kind]
+        full, bare = prefix + name, plain + name
+        if name.startswith(_PADDING):
             pass
-        elif member.kind == "char":
-            yield full, bare, offset, f"S{size}"
+        elif kind == "char":
+            fields.append(Field(full, bare, offset, f"S{one * max(count, 1)}"))
+        elif kind in TYPES and not count:
+            fields.append(Field(full, bare, offset, TYPES[kind]))
         else:
-            step = size // max(member.count, 1)
-            for i in range(max(member.count, 1)):
-                label = f"{full}[{i}]" if member.count else full
-                at = offset + i * step
-                if dtype:
-                    yield label, bare, at, dtype
+            for i in range(max(count, 1)):
+                label, at = (f"{full}[{i}]" if count else full), offset + i * one
+                if kind in TYPES:
+                    fields.append(Field(label, bare, at, TYPES[kind]))
                 else:
-                    yield from _flat(member.kind, formats, sizes, (f"{label}.", f"{bare}.", at))
-        offset += size
+                    here = Field(f"{label}.", f"{bare}.", at, "")
+                    _flatten(formats[kind], formats, sizes, here, fields)
+        offset += one * max(count, 1)

@@ -15,12 +15,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.formats.compiled import compiled, sort_messages
 from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, resolve
 from fdi.telemetry.formats.ulog_walk import Other, Run, Walk, joined, words
 
 Ints = NDArray[np.int64]
 Stamps = NDArray[np.uint64]
 
+_IDS: Final = 1 << 16
 _EVIDENCE: Final = 3  # data messages that must ascend before their topic is guessed
 _LARGEST_US: Final = 2**45  # a year since boot
 
@@ -75,7 +77,7 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
     walk = Walk.over(data)
     for start, limit in parts:
         walk.part(start, limit)
-    rows, left = _grouped(joined(walk.found), walk.subscriptions)
+    rows, left = _grouped(joined(walk.found), walk.subscriptions, data.size)
     guessed, left = _guessed(walk, left)
     opaque = [(at - 5, walk.end(at - 5), one) for one, places in left for at in places.tolist()]
     return Records(
@@ -90,20 +92,17 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
 
 
 def _grouped(
-    run: Run, subscriptions: Sequence[tuple[Subscription, Layout]]
+    run: Run, subscriptions: Sequence[tuple[Subscription, Layout]], size: int
 ) -> tuple[list[Rows], list[tuple[int, Ints]]]:
     """Return the data messages by subscription, and those of ids without one."""
-    order = np.argsort(run.number, kind="stable")
-    starts, stamps = run.at[order] + 5, run.stamp[order]
-    counts = np.bincount(run.number, minlength=1)
-    bounds = np.append(0, np.cumsum(counts))
+    bounds, starts, stamps = _sorted(run, size)
     of_number: dict[int, list[tuple[Subscription, Layout]]] = {}
     for pair in subscriptions:
         of_number.setdefault(pair[0].number, []).append(pair)
     rows, opaque = [], []
-    for one in np.flatnonzero(counts).tolist():
+    for one in np.flatnonzero(np.diff(bounds)).tolist():
         here = slice(bounds[one], bounds[one + 1])
-        at, stamp = starts[here], stamps[here]
+        at, stamp = starts[here] + 5, stamps[here]
         asked = of_number.get(one, [])
         split = np.searchsorted(at, [pair[0].since for pair in asked]).tolist()
         if split[:1] != [0]:  # before its first subscription, or without any
@@ -115,6 +114,18 @@ def _grouped(
                 said = stamp[low:high] if layout.stamp else np.zeros(high - low, np.uint64)
                 rows.append(Rows(layout, subscription.instance, at[low:high], said))
     return rows, opaque
+
+
+def _sorted(run: Run, size: int) -> tuple[Ints, Ints, Stamps]:
+    """Return where the messages of each id begin, and first bytes and stamps in that order."""
+    sort = compiled(sort_messages, size)
+    if sort is not None:
+        places = np.zeros(_IDS + 1, np.int64), np.empty_like(run.at), np.empty_like(run.stamp)
+        sort(run.number, run.at, run.stamp, places)
+        return places
+    order = np.argsort(run.number, kind="stable")
+    bounds = np.append(0, np.cumsum(np.bincount(run.number, minlength=_IDS)))
+    return bounds, run.at[order], run.stamp[order]
 
 
 def _guessed(

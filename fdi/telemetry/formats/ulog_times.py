@@ -28,8 +28,7 @@ Stamps = NDArray[np.uint64]
 SLACK_S: Final = (
     5.0  # records are written up to seconds after they were made (rate limits, dropouts)
 )
-_SAMPLES: Final = 20_000  # of the topic that gives the time to places in the file
-_LARGEST_US: Final = 2**52  # 142 years since boot: more is noise
+_SAMPLES: Final = 5_000  # of the topic that gives the time to places in the file
 _ASCENDING: Final = 0.8  # share of steps forward in a topic that can give the time
 
 
@@ -65,21 +64,22 @@ class Reference:
 
     def said(self, at: Ints, stamp: Stamps) -> Floats:
         """Return the time that stamps state, (n,)."""
-        seconds: Floats = np.minimum(stamp, np.uint64(_LARGEST_US)).astype(np.float64) / 1e6
+        seconds: Floats = stamp / 1e6
         if self.first.size == 1:
-            return np.add(seconds, float(self.offset[0]))
-        boot = np.searchsorted(self.first, at, side="right") - 1
-        return np.add(seconds, self.offset[np.maximum(boot, 0)])
+            seconds += self.offset[0]
+        else:
+            boot = np.searchsorted(self.first, at, side="right") - 1
+            seconds += self.offset[np.maximum(boot, 0)]
+        return seconds
 
     def at_place(self, at: int) -> float:
-        """Return the time of the last record before a place."""
-        row = int(np.searchsorted(self.at, at, side="right")) - 1
-        return max(float(self.t[row]), 0.0) if row >= 0 else 0.0
+        """Return the time that the records around a place suggest, not before the log began."""
+        return max(float(self.expected(np.array([at]))[0]), 0.0)
 
     def of_stamp(self, stamp: int, at: int) -> float:
         """Return the time of a single stamp, that of its place where it lies after that."""
         expected = float(self.expected(np.array([at]))[0])
-        said = float(self.said(np.array([at]), np.array([min(stamp, _LARGEST_US)], np.uint64))[0])
+        said = float(self.said(np.array([at]), np.array([stamp], np.uint64))[0])
         return max(said if said <= expected + SLACK_S else expected, 0.0)
 
 
@@ -111,33 +111,63 @@ def _worth(topic: Stamped) -> int:
     return topic.stamp.size if forward >= _ASCENDING * (topic.stamp.size - 1) else 0
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """t of a topic's records, (n,), and how many of them have it from their place in the file."""
+    """When the records of a topic were made.
+
+    Attributes
+    ----------
+    t : (m,) float64, s
+        Strictly ascending.
+    kept : (m,) int or None
+        The records that it belongs to: of those with the same time the last one; None for all.
+    stamp : (n,) float64, s
+        As the records state it.
+    wrong : int
+        How many have their time from their place in the file, because ...
+    is_still : bool
+        ... their stamps stand still; else, because they contradict it.
+    """
 
     t: Floats
-    wrong: int
-    is_still: bool
+    kept: Ints | None
+    stamp: Floats
+    wrong: int = 0
+    is_still: bool = False
 
 
 def placed(topic: Stamped, known: Reference) -> Placed:
     """Return when the records of a topic were made."""
-    t = known.said(topic.at, topic.stamp)
-    n = t.size
+    stamp = known.said(topic.at, topic.stamp)
     ends = known.expected(topic.at[[0, -1]]) + SLACK_S
-    is_still = n > 1 and bool(topic.stamp[0] == topic.stamp[-1])
-    if not is_still and t[0] <= ends[0] and t[-1] <= ends[1] and bool(np.all(t[1:] >= t[:-1])):
-        return Placed(np.maximum(t, 0.0) if t[0] < 0 else t, 0, False)
+    is_still = stamp.size > 1 and bool(topic.stamp[0] == topic.stamp[-1])
+    if not is_still and stamp[0] <= ends[0] and stamp[-1] <= ends[1]:
+        if stamp[0] >= 0 and np.all(stamp[1:] > stamp[:-1]):
+            return Placed(stamp, None, stamp)
+        if np.all(stamp[1:] >= stamp[:-1]):
+            return Placed(*_ascending(np.maximum(stamp, 0.0)), stamp)
     expected = known.expected(topic.at)
-    wrong = np.abs(t - expected) > SLACK_S
-    wrong[0] = t[0] > ends[0]  # the first one may be of long ago
+    wrong = np.abs(stamp - expected) > SLACK_S
+    wrong[0] = stamp[0] > ends[0]  # the first one may be of long ago
     if is_still and np.ptp(topic.stamp) == 0:
         wrong[:] = True
     if not wrong.all():  # between two right records of the topic, else by all records
-        among = np.interp(topic.at, topic.at[~wrong], t[~wrong], left=np.nan, right=np.nan)
+        among = np.interp(topic.at, topic.at[~wrong], stamp[~wrong], left=np.nan, right=np.nan)
         expected = np.where(np.isnan(among), expected, among)
-    t = np.maximum(np.where(wrong, expected, t), 0.0)
-    return Placed(t, int(wrong.sum()), is_still)
+    t, kept = _ascending(np.maximum(np.where(wrong, expected, stamp), 0.0))
+    return Placed(t, kept, stamp, int(wrong.sum()), is_still)
+
+
+def _ascending(t: Floats) -> tuple[Floats, Ints | None]:
+    """Return t, strictly ascending, and the records that it belongs to."""
+    if np.all(t[1:] > t[:-1]):
+        return t, None
+    rows = np.arange(t.size)
+    if not np.all(t[1:] >= t[:-1]):
+        rows = np.argsort(t, kind="stable")
+        t = t[rows]
+    is_last = np.append(t[1:] > t[:-1], True)
+    return t[is_last], rows[is_last]
 
 
 def repair_records(found: Sequence[tuple[Stamped, Placed]]) -> list[QualityRecord]:

@@ -44,9 +44,9 @@ Ints = NDArray[np.int64]
 
 _DATA: Final = ord("D")
 _NEVER: Final = 1 << 20  # larger than any message: the id is not subscribed
-_WINDOW: Final = range(1 << 13, 1 << 22)  # bytes looked at at once: after a definition, at most
+_WINDOW: Final = range(1 << 13, 1 << 20)  # bytes looked at at once: after a definition, at most
 _SEARCH: Final = range(1 << 10, 1 << 20)
-_ROOM: Final = 1 << 16  # messages that the machine code finds at once
+_ROOM: Final = 1 << 18  # messages that the machine code finds at once
 _SMALLEST: Final = np.array([SIZES.get(k, range(_NEVER, 0)).start for k in range(256)])
 _LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
@@ -83,8 +83,7 @@ def words(data: Bytes, dtype: str) -> NDArray[Any]:
     return np.ndarray((count,), dtype, data, strides=(1,))
 
 
-@dataclass(frozen=True, slots=True)
-class Other:
+class Other(NamedTuple):
     """A message that holds no data: its type, first byte and what it says."""
 
     kind: str
@@ -120,10 +119,11 @@ class _Window:
 
 @dataclass(slots=True, eq=False)
 class _Room:
-    """Where the machine code puts what it finds."""
+    """Where the machine code puts what it finds; as many messages as ``used`` are there."""
 
     kernel: Callable[..., tuple[int, int]]
     found: Run
+    used: int = 0
 
 
 @dataclass(slots=True, eq=False)
@@ -236,9 +236,14 @@ class Walk:
 
     def said(self, at: int) -> Content | None:
         """Return what a message says that holds no data, None where none can begin here."""
-        if at + 3 > self.limit or self.view[at + 2] not in SIZES or self.end(at) > self.limit:
+        if at + 3 > self.limit or self.view[at + 2] not in SIZES:
             return None
-        return parsed(self.view[at + 2], bytes(self.view[at + 3 : self.end(at)]), at)
+        end = self.end(at)
+        return (
+            parsed(self.view[at + 2], bytes(self.view[at + 3 : end]), at)
+            if end <= self.limit
+            else None
+        )
 
     def is_plausible(self, at: int) -> bool:
         """Return whether a message of a known type that fits can begin here."""
@@ -279,13 +284,17 @@ class Walk:
         """Return the same, by machine code."""
         long = words(self.data, "<u8")
         tables = self.low, self.high, self.stamp_at
-        parts, count = [], _ROOM
-        while count == _ROOM:
+        parts = []
+        while True:
+            if room.used == _ROOM:
+                room.found, room.used = no_messages(_ROOM), 0
+            free = room.found.part(room.used, _ROOM)
             part = at, self.limit
-            count, at = room.kernel(self.data, self.word, long, part, tables, tuple(room.found))
-            found = room.found.part(0, count)
-            parts.append(Run(found.at.copy(), found.number.copy(), found.stamp.copy()))
-        return joined(parts), at
+            count, at = room.kernel(self.data, self.word, long, part, tables, tuple(free))
+            parts.append(free.part(0, count))
+            room.used += count
+            if room.used < _ROOM:
+                return joined(parts), at
 
     def look(self, low: int) -> _Window:
         """Return the headers of data messages from a byte on; windows grow until a definition."""

@@ -4,11 +4,11 @@ In: two logs. Out: what has to be added to the times of the second, how well tha
 which clue; or an error, where they are not of one flight.
 
 The time since boot, where both logs know it, is the vehicle's own and exact; so is UTC by satellite
-to some hundredths of a second. Either is believed when the signals agree at that shift, because two
-flights on one day begin at similar times since boot. Without these clocks the shift is the one at
-which the signals agree best (`agreement.py`). Logs that do not overlap, or in which nothing moved,
-have no signals to compare: they belong together where both know both clocks and these name the same
-moment of booting.
+to some hundredths of a second. Either is believed when signals and place agree at that shift,
+because two flights on one day begin at similar times since boot. Without these clocks the shift is
+the one at which the signals agree best (`agreement.py`). Logs that do not overlap, or in which
+nothing moved, have no signals to compare: they belong together where both know both clocks and
+these name the same moment of booting.
 """
 
 from __future__ import annotations
@@ -23,10 +23,14 @@ from fdi.errors import UsageError
 from fdi.telemetry.log import Log
 from fdi.telemetry.together.agreement import (
     ALIKE,
+    ALIKE_IN_PLACE,
     LEAST_OVERLAP_S,
+    SAME_PLACE_M,
     Agreement,
     agreement,
     best_agreement,
+    distance,
+    is_confirmed,
     shared,
 )
 
@@ -73,12 +77,13 @@ def place(first: Log, second: Log) -> Placement:
     for clue, offset in _by_clocks(first, second):
         within = _CONFIRMS_S if clue == "boot" else _UTC_WITHIN_S
         found = agreement(pairs, offset, within)
-        if found is not None and found.r >= ALIKE:
+        if found is not None and is_confirmed(found, distance(first, second, found)):
             if clue == "boot":
                 return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", found)
             return Placement(found.offset, found.uncertainty, "signals", found)
     best = best_agreement(pairs)
-    if best is not None and best.r >= ALIKE:
+    apart = None if best is None else distance(first, second, best)
+    if best is not None and is_confirmed(best, apart):
         return Placement(best.offset, best.uncertainty, "signals", best)
     for offset in _of_same_boot(first, second):
         if not _fly_together(first, second, offset) or not pairs:
@@ -91,10 +96,20 @@ def place(first: Log, second: Log) -> Placement:
             hint="analyse them one by one",
         )
     raise UsageError(
-        f"is of another flight than {first.name}: no shift in time makes their signals agree "
-        f"(correlation {best.r:.2f} at best, {ALIKE:g} is needed)",
+        f"is of another flight than {first.name}: {_why_not(best, apart)}",
         where=second.name,
         hint="analyse them one by one",
+    )
+
+
+def _why_not(best: Agreement, apart: float | None) -> str:
+    needed = ALIKE if apart is None else ALIKE_IN_PLACE
+    told = f"correlation {best.r:.2f} at best, {needed:g} is needed"
+    if apart is None or best.r < needed:
+        return f"no shift in time makes their signals agree ({told})"
+    return (
+        f"where their signals agree best ({told}), they are {apart:.1f} m apart "
+        f"({SAME_PLACE_M:g} m at most)"
     )
 
 

@@ -28,7 +28,7 @@ REASONS: Final = {
     "binary": "texts of FILE.Data, which are binary",
     "padding": "bytes between the fields of a record, which hold nothing",
     "characters": "characters of texts, which the reference reader shows as numbers",
-    "absent": "extension fields that MAVLink 1 did not send",
+    "absent": "values that were not sent (extensions of MAVLink 1) or that a flag declares invalid",
 }
 
 

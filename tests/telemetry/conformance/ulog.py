@@ -6,19 +6,27 @@ pyulog can loop for ever on a damaged file: it runs in a process of its own with
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fdi.telemetry import read
+from fdi.telemetry import Message, read
+from fdi.units import Conversion, si
 
 from .comparison import Comparison
 
+SHARED: Final = Path(__file__).resolve().parents[3].parent / "shared"
 LIMIT_S: Final = 120
+_HECTO: Final = 100.0  # pressure is in hPa up to PX4 1.12, in Pa since
+_SAME: Final = 1e-9
+_SPELLED: Final = {"m/s2": "m/s/s", "A.s": "A*s", "1": ""}
 
 DUMP: Final = """
 import json, sys
@@ -62,28 +70,55 @@ def compare_ulog(path: Path) -> Comparison:
         key = f"{topic}[{instance}]" if instance else topic
         if field == "timestamp":
             found.records += values.size
-        if not found.demand(key in log, f"we lack {key}"):
-            continue
-        message, whole = log[key], field.rpartition("[")[0]
         if "_padding" in field:
             found.explained["padding"] += values.size
-        elif whole in message and message.columns[whole].is_text:
-            place = int(field[len(whole) + 1 : -1])
-            texts = message.raw(whole).tolist()
-            ours = [(text.encode("latin-1", "replace") + bytes(256))[place] for text in texts]
-            wrong = [
-                mine
-                for mine, other in zip(ours, values.tolist(), strict=True)
-                if mine != other % 256
-            ]
-            found.demand(not wrong, f"{key}.{field}: {len(wrong)} characters differ")
-            found.explained["characters"] += values.size
-        else:
-            # a flag of one byte may hold more than 0 and 1, which pyulog shows with a sign
-            is_flag = field in message and message.raw(field).dtype == np.uint8
-            found.compare_raw(message, field, values.view(np.uint8) if is_flag else values)
+        elif found.demand(key in log, f"we lack {key}"):
+            _compare_field(log[key], field, values, found)
     parameters = said["parameters"]
     found.demand(parameters == dict(log.parameters), f"parameters: {len(parameters)}")
     texts = sum(event.kind == "text" for event in log.events)
     found.demand(texts == len(said["texts"]), f"{texts} texts for {len(said['texts'])}")
+    return found
+
+
+def _compare_field(ours: Message, field: str, values: NDArray[Any], found: Comparison) -> None:
+    whole = field.rpartition("[")[0]
+    if whole in ours and ours.columns[whole].is_text:
+        place = int(field[len(whole) + 1 : -1])
+        texts = ours.raw(whole).tolist()
+        mine = [(text.encode("latin-1", "replace") + bytes(256))[place] for text in texts]
+        wrong = sum(m != other % 256 for m, other in zip(mine, values.tolist(), strict=True))
+        found.demand(not wrong, f"{ours.key}.{field}: {wrong} characters differ")
+        found.explained["characters"] += values.size
+        return
+    # a flag of one byte may hold more than 0 and 1, which pyulog shows with a sign
+    is_flag = field in ours and ours.raw(field).dtype == np.uint8
+    found.compare_raw(ours, field, values.view(np.uint8) if is_flag else values)
+    listed = _meanings().get(re.sub(r"\[\d+\]", "", f"{ours.name}.{field}"))
+    if field not in ours or not listed:
+        found.explained["unstated"] += values.size
+        return
+    stated = ours.columns[field].conversion
+    if listed[0].unit == "us":
+        found.compare_si(ours, field, Conversion("us"), "pulse")
+    elif ours.name == "sensor_baro" and stated.scale == _HECTO:
+        found.compare_si(ours, field, Conversion("Pa", _HECTO), "corrected")
+    else:
+        fitting = [one for one in listed if abs(one.scale / stated.scale - 1) < _SAME]
+        found.compare_si(ours, field, [*fitting, *listed][0])
+
+
+@cache
+def _meanings() -> dict[str, list[Conversion]]:
+    """Return what the table of correspondences says that ULog's fields are in SI."""
+    rows = json.loads((SHARED / "telemetry" / "mapping.json").read_text("utf-8"))["quantities"]
+    found: dict[str, list[Conversion]] = {}
+    for quantity in rows:
+        unit = quantity["unit"]
+        for row in quantity["ulog"]:
+            if isinstance(row["scale"], (int, float)) and unit not in ("enum", "bool"):
+                made = Conversion("us") if unit == "us" else si(_SPELLED.get(unit, unit))
+                scale = abs(row["scale"]) * made.scale
+                name = re.sub(r"\[\w+\]", "", row["field"])
+                found.setdefault(name, []).append(Conversion(made.unit, scale, made.offset))
     return found

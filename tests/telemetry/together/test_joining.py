@@ -158,6 +158,22 @@ def test_another_system_is_another_vehicle(write: Write, whole: Log) -> None:
         join([whole, read(write("b.tlog", other))])
 
 
+def test_the_same_motion_at_another_place_is_another_flight(write: Write, whole: Log) -> None:
+    """Two flights of one plan may look alike in every rate and speed."""
+
+    def edit(message: object) -> None:
+        message.lat += 1000  # type: ignore[attr-defined]  # 1e-7 deg: 11 m
+
+    places = ("GLOBAL_POSITION_INT", "GPS_RAW_INT")
+    every = records(EXAMPLE)
+    elsewhere = [r.edited(edit) if r.name in places else r for r in every[len(every) // 5 :]]
+    second = read(write("b.tlog", late(elsewhere)))
+    with pytest.raises(UsageError, match=r"they are 11\.\d m apart"):
+        join([whole, second])
+    near = [r for r in elsewhere if r.name not in places]
+    assert join([whole, read(write("c.tlog", late(near)))]).recordings[1].placed_by == "boot"
+
+
 def test_halves_of_which_nothing_tells_how_they_lie_are_refused(write: Write) -> None:
     every = records(EXAMPLE)
     half = len(every) // 2
