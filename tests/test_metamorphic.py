@@ -129,7 +129,8 @@ def interleaved(first, second):
 def test_second_vehicle_changes_nothing_for_the_first(first, second, tmp_path):
     mixed = document_of_bytes(joined(interleaved(first, second)), tmp_path, system=1)
     assert mixed["log"]["system_id"] == 1
-    assert_same_answer(document_of(first.path), mixed)
+    # its samples are taken some ms later, so that an onset may fall on the next one
+    assert_same_answer(document_of(first.path), mixed, within=0.3)
 
 
 @PAIRS

@@ -114,7 +114,9 @@ def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use)
         fast = np.where(state == UNKNOWN, np.nan, size / threshold)
         slow = np.abs(mean) / mean_threshold
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
-    sudden, known_sudden = _sudden(fast, state, least)
+    # without a stated spread nothing says how much beyond a threshold is much
+    graded = np.where(spread > 0, fast, np.minimum(fast, SOONER[1][0]))
+    sudden, known_sudden = _sudden(graded, state, least)
     lasting, known_lasting = _lasting(beyond, slow, mean, round(recipe.mean_s * signals.rate_hz))
     state[lasting & (state == QUIET)] = TRIGGERED
     strength = np.fmax(fast, slow)

@@ -306,7 +306,7 @@ def _message(
                 continue
             made = _measurement(channel, entry, item, trusted, unit)
             if bare != field_name:
-                yield _stillness(made, item.variable)
+                yield _stillness(made, item.variable, made.accuracy)
                 continue
             yield made
             if item.freeze is not None:
@@ -334,13 +334,14 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
     return name
 
 
-def _stillness(of: Measurement, variable: str) -> Measurement:
+def _stillness(of: Measurement, variable: str, accuracy: float | None = None) -> Measurement:
     """Return how long a channel has stood still as an input."""
     return Measurement(
         Channel(of.channel.message, of.channel.field + STILL, of.channel.instance),
         variable,
         of.component,
         of.group,
+        accuracy=accuracy,
         value=Apply("still", (of.value or Symbol(of.channel.field),)),
         when=of.when,
         raw=of.raw,
