@@ -4,11 +4,11 @@
 
 Real logs, in ../shared beside the repository, are repeated to a large one. Ours is `fdi.read` and
 every field of every message of the log itself as it is on the wire (checksums checked), once with
-numpy alone and once with the extra ``fast``, whose machine code is kept from the run before. Theirs is the usual
-loop that decodes every message and reads its fields: ``recv_match()`` and ``to_dict()``, of a ULog
-``pyulog.ULog``. CPU seconds in this process, the best of several runs of ours. Memory is the
-largest resident set of a process of its own beyond what it had with everything imported, the
-file's own bytes included.
+numpy alone and once with the extra ``fast``, whose machine code is kept from the run before. Theirs
+is the usual loop that decodes every message and reads its fields: ``recv_match()`` and
+``to_dict()``, of a ULog ``pyulog.ULog``. CPU seconds in this process, the best of several runs of
+ours. Memory is the largest resident set of a process of its own beyond what it had with everything
+imported, the file's own bytes included.
 
 ``--large`` instead: a DataFlash log of 1 GB, `fdi info` and one channel, in wall seconds and the
 largest memory that is not the file (RssAnon). Returns 1 where a bound is missed.

@@ -20,11 +20,13 @@ from fdi.errors import UsageError
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
+from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.signals import Request, Sampling, Signals, resample
 
 _BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
+_WINGED: Final = ("plane", "vtol", "other")  # can rise without thrust, or nobody knows
 
 
 class ChannelData(NamedTuple):
@@ -108,8 +110,8 @@ class Log:
         By key: ``ATTITUDE``, ``BATTERY_STATUS[1]``; the chosen vehicle's.
     parameters : Mapping[str, float]
         As first downloaded; what changed later stands in ``parameter_changes``.
-    events, flights, quality : tuple
-        In the order of time.
+    reported, quality : tuple
+        In the order of time; ``reported`` are the events that the recorder tells of.
     clock : Clock
     vehicle, autopilot : str
     firmware : str or None
@@ -128,8 +130,7 @@ class Log:
     messages: Mapping[str, Message]
     parameters: Mapping[str, float]
     parameter_changes: tuple[ParameterChange, ...]
-    events: tuple[Event, ...]
-    flights: tuple[Flight, ...]
+    reported: tuple[Event, ...]
     quality: tuple[QualityRecord, ...]
     clock: Clock
     vehicle: str
@@ -169,6 +170,25 @@ class Log:
                 digest.update(self.data[low : low + _BLOCK].data)
             self._cache["sha256"] = digest.hexdigest()
         found: str = self._cache["sha256"]
+        return found
+
+    @property
+    def flights(self) -> tuple[Flight, ...]:
+        """The flights in the order of time; found from the motion when they are asked for."""
+        if "flights" not in self._cache:
+            self._cache["flights"] = find_flights(
+                self.messages, self.reported, self.span, has_wings=self.vehicle in _WINGED
+            )
+        found: tuple[Flight, ...] = self._cache["flights"]
+        return found
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All events in the order of time: those reported, and take-offs, landings, impacts."""
+        if "events" not in self._cache:
+            events = [*self.reported, *flight_events(self.flights)]
+            self._cache["events"] = tuple(sorted(events, key=lambda e: (e.t, e.kind)))
+        found: tuple[Event, ...] = self._cache["events"]
         return found
 
     def __getitem__(self, key: str) -> Message:

@@ -84,14 +84,11 @@ def small_log(
         messages=messages,
         parameters={"ARMING_CHECK": 1.0},
         parameter_changes=(),
-        events=(
+        reported=(
             Event(5.0, "arm", "armed"),
-            Event(10.0, "takeoff", "take-off"),
             Event(12.0, "parameter", "SIM_WIND", None, 3.0),
             Event(70.0, "text", text, 2),
-            Event(85.0, "impact", "impact at 9.8 m/s", None, 9.8),
         ),
-        flights=(Flight(5.0, 88.0, takeoff=10.0, impact=85.0, impact_speed=9.8),),
         quality=(
             QualityRecord("lost_bytes", None, 33.0, 34.0, 17, "17 bytes belong to no record"),
         ),
@@ -101,6 +98,7 @@ def small_log(
         firmware="ArduPlane V4.6.3",
         system_id=1,
         sources=(),
+        _cache={"flights": (Flight(5.0, 88.0, takeoff=10.0, impact=85.0, impact_speed=9.8),)},
     )
 
 

@@ -30,6 +30,7 @@ LOGS = [
     EXAMPLES / "copter_motor_failure_crash.tlog",
     SHARED / "sitl" / "copter" / "c90_crash_motor1_x0.2.BIN",
     SHARED / "crash" / "motor2_lost.bin",
+    SHARED / "odd" / "appended_multiple.ulg",
 ]
 
 

@@ -113,7 +113,9 @@ def test_of_too_many_events_plain_texts_go_first() -> None:
     """What happened last, a crash, must not be cut off by chatter before it."""
     chatter = [event(float(i), "text", f"waypoint {i}") for i in range(100)]
     log = replace(
-        small_log(), events=(event(0.0, "mode", "AUTO"), *chatter, event(101.0, "impact", "impact"))
+        small_log(),
+        _cache={},
+        reported=(event(0.0, "mode", "AUTO"), *chatter, event(101.0, "impact", "impact")),
     )
     told, more = told_events(log, 10)
     assert [one.event.kind for one in told] == ["mode", *["text"] * 8, "impact"]
@@ -124,7 +126,7 @@ def test_of_too_many_events_plain_texts_go_first() -> None:
 def test_a_text_that_is_repeated_for_minutes_is_told_once() -> None:
     said = [event(30.0 * i, "text", text) for i in range(5) for text in ("PreArm: A", "PreArm: B")]
     later = event(900.0, "text", "PreArm: A")
-    log = replace(small_log(), events=(*said, event(200.0, "arm"), later))
+    log = replace(small_log(), _cache={}, reported=(*said, event(200.0, "arm"), later))
     told, more = told_events(log, 10)
     assert more == 0
     assert [(one.event.text, one.times, one.last) for one in told] == [

@@ -16,7 +16,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from fdi.telemetry.catalogue import data_table
-from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.formats.dataflash_clock import Track, find_track, make_clock
 from fdi.telemetry.formats.dataflash_events import (
     Timed,
@@ -76,10 +75,7 @@ def make_log(
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     events = [*texts, *log_events(timed, vehicle), *named]
-    events.sort(key=lambda e: e.t)
     span = min(float(x.t.min()) for x in times), max(float(x.t.max()) for x in times)
-    has_wings = vehicle in ("plane", "vtol", "other")
-    flights = find_flights(messages, events, span, has_wings=has_wings)
     quality = [*(_told(f, track) for f in findings), *track.quality]
     if track.has_pause:
         quality += gap_records(own)
@@ -94,8 +90,7 @@ def make_log(
         MappingProxyType(dict(sorted(messages.items()))),
         MappingProxyType(values),
         changes,
-        tuple(sorted([*events, *flight_events(flights)], key=lambda e: (e.t, e.kind))),
-        flights,
+        tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
         make_clock(tables, track, times),
         vehicle,

@@ -25,7 +25,6 @@ from fdi.errors import LogError, UsageError
 from fdi.telemetry.catalogue import mavlink_autopilot, mavlink_firmware, mavlink_vehicle
 from fdi.telemetry.clock import Timeline, make_clock, timeline
 from fdi.telemetry.dialect import definition, frame_checks
-from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.formats.mavlink_columns import Payloads, columns
 from fdi.telemetry.formats.mavlink_events import firmware, log_events, parameters
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
@@ -118,8 +117,6 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
     is_own = (frames.system == vehicle.system) & (frames.component == vehicle.component)
     span = float(line.created[is_own].min()), float(line.created[is_own].max())
-    has_wings = vehicle.vehicle in ("plane", "vtol", "other")
-    flights = find_flights(messages, events, span, has_wings=has_wings)
     quality = [
         *damage_records(frames, line),
         *line.quality,
@@ -140,8 +137,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         MappingProxyType(messages),
         MappingProxyType(values),
         changes,
-        tuple(sorted([*events, *flight_events(flights)], key=lambda e: (e.t, e.kind))),
-        flights,
+        tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
         make_clock(line, utc_rows, utc, stamps),
         vehicle.vehicle,

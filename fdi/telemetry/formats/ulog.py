@@ -31,7 +31,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
-from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.formats.mavlink_quality import duplicate_record, gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
 from fdi.telemetry.formats.ulog_columns import Places, Store
@@ -106,9 +105,6 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     end = max(float(one.t[-1]) for one in times)
     events = [*log_texts(records.others, known.of_stamp), *log_events(own, release), *named]
     events += crash_dumps(records.others, end)
-    events.sort(key=lambda e: e.t)
-    has_wings = vehicle in ("plane", "vtol", "other")
-    flights = find_flights(messages, events, (0.0, end), has_wings=has_wings)
     quality = [
         *damage_records(records, known),
         *definition_records(records, known),
@@ -129,8 +125,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         MappingProxyType(dict(sorted(messages.items()))),
         MappingProxyType(values),
         changes,
-        tuple(sorted([*events, *flight_events(flights)], key=lambda e: (e.t, e.kind))),
-        flights,
+        tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
         clock(known, *_utc(own)),
         vehicle,

@@ -5,8 +5,7 @@ In: the events and parameters of several logs, on one clock. Out: one list of ea
 The vehicle's own recorder knows a change to the microsecond, telemetry with the next heartbeat, up
 to a second late, and may lose a text. So events of the vehicle's own logs stand first, and one of
 another log is told only where they do not have it: the same change within ``CHANGE_S``, the same
-text within ``TEXT_S``. Take-off, landing and impact are not events of a recorder; they are found
-anew from the joined messages.
+text within ``TEXT_S``.
 """
 
 from __future__ import annotations
@@ -22,7 +21,6 @@ CHANGE_S: Final = 2.5
 """A heartbeat comes once a second and may be lost once."""
 TEXT_S: Final = 10.0
 """Texts wait in the autopilot's queue while the link is busy; repeated ones come every 30 s."""
-_FOUND_ANEW: Final = ("takeoff", "landing", "impact")
 _STATES: Final = (("mode",), ("arm", "disarm"))
 _AT_ONCE_S: Final = 1.0  # a log's first mode is what was set before it began
 _FLOAT32: Final = 1e-6  # relative; some logs write a parameter with seven digits only
@@ -31,15 +29,15 @@ Shifted = Sequence[tuple[Log, float]]  # logs, and what is added to their times
 
 
 def merged_events(logs: Shifted) -> list[Event]:
-    """Return the events of all logs in the order of time, each once."""
+    """Return what all logs report in the order of time, each once."""
     told: list[Event] = []
     for log, offset in sorted(logs, key=lambda pair: pair[0].format == "tlog"):
         free: dict[tuple[str, str], list[float]] = {}
         for event in told:
             free.setdefault(_what(event), []).append(event.t)
-        for event in log.events:
+        for event in log.reported:
             moved = replace(event, t=event.t + offset)
-            if event.kind in _FOUND_ANEW or _was_set_before(log, event, moved.t, logs):
+            if _was_set_before(log, event, moved.t, logs):
                 continue
             if not _take(free.get(_what(moved), []), moved):
                 told.append(moved)
@@ -88,7 +86,7 @@ def _was_set_before(log: Log, event: Event, t: float, logs: Shifted) -> bool:
         return False
     return any(
         other.span[0] + offset < t <= other.span[1] + offset
-        and any(e.kind == "mode" and e.t + offset < t for e in other.events)
+        and any(e.kind == "mode" and e.t + offset < t for e in other.reported)
         for other, offset in logs
         if other is not log
     )

@@ -17,7 +17,6 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.telemetry.clock import Clock
-from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.log import Log, Recording
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
@@ -25,7 +24,6 @@ from fdi.telemetry.together.happenings import differing, merged_events, merged_p
 from fdi.telemetry.together.messages import Taken, shifted, united
 from fdi.telemetry.together.placing import Placement, place
 
-_WINGED: Final = ("plane", "vtol", "other")
 _SYSTEM_PARAMETERS: Final = ("SYSID_THISMAV", "MAV_SYSID", "MAV_SYS_ID")
 _ONE_FLIGHT: Final = "several logs have to be of one flight, by one autopilot"
 _FEW: Final = 8  # names that a line tells
@@ -70,9 +68,7 @@ def join(logs: Sequence[Log]) -> Log:
     vehicle = _known([log.vehicle for log in logs])
     old = [(f.start + offset, f.end + offset) for log, offset in pairs for f in log.flights]
     messages, taken = _messages(placed, old or [span])
-    events = merged_events(pairs)
     values, changes, differ = merged_parameters(pairs)
-    flights = find_flights(messages, events, span, has_wings=vehicle in _WINGED)
     recordings = tuple(_recordings(placed, taken, messages))
     first, end = logs[0], max(log.duration + offset for log, offset in pairs)
     sources = [source for log in logs for source in log.sources]
@@ -83,8 +79,7 @@ def join(logs: Sequence[Log]) -> Log:
         messages=MappingProxyType(messages),
         parameters=MappingProxyType(values),
         parameter_changes=changes,
-        events=tuple(sorted([*events, *flight_events(flights)], key=lambda e: (e.t, e.kind))),
-        flights=flights,
+        reported=tuple(merged_events(pairs)),
         quality=(*_told(placed, recordings, differ), *_quality(placed)),
         clock=_clock(placed),
         vehicle=vehicle,
