@@ -345,6 +345,7 @@ def sort_messages(
     number: NDArray[np.uint16],
     at: NDArray[np.int64],
     stamp: NDArray[np.uint64],
+    header: int,
     places: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]],
 ) -> None:
     """Fill in messages by their ids, those of one id in their order.
@@ -353,6 +354,8 @@ def sort_messages(
     ----------
     number, at, stamp : (n,)
         Ids, and what goes with them.
+    header : int
+        What is added to ``at``.
     places : (65537,), (n,), (n,)
         Where the messages of an id begin, and the sorted rest.
     """
@@ -366,4 +369,4 @@ def sort_messages(
     for i in range(np.uint64(number.size)):
         place = following[number[i]]
         following[number[i]] = place + np.uint64(1)
-        sorted_at[place], sorted_stamp[place] = at[i], stamp[i]
+        sorted_at[place], sorted_stamp[place] = at[i] + header, stamp[i]

@@ -18,7 +18,7 @@ from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
 
 _SINGLE: Final = 20  # more findings of one kind are told as one
-_GAP_S: Final = 2.0
+GAP_S: Final = 2.0
 _SAMPLE: Final = 1000  # steps that tell the period of a message
 _GAP_PERIODS: Final = 3.0
 _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
@@ -77,10 +77,10 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
             continue
         step = np.diff(message.t)
         period = float(np.median(step[:: step.size // _SAMPLE + 1]))
-        if period > _GAP_S:
+        if period > GAP_S:
             continue
         regular += 1
-        limit = max(_GAP_S, _GAP_PERIODS * period)
+        limit = max(GAP_S, _GAP_PERIODS * period)
         for row in np.flatnonzero(step > limit):
             gaps.append((float(message.t[row]), float(message.t[row + 1])))
     if not gaps:
