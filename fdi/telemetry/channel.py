@@ -14,7 +14,7 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.telemetry.dialect import MessageDefinition, definition, definition_by_name
 
-_PART: Final = r"[A-Za-z_]\w*(?:\[\d{1,5}\])?"
+_PART: Final = r"\w+(?:\[\d{1,5}\])?"
 _FIELD: Final = rf"{_PART}(?:\.{_PART})*"  # ULog nests: esc[0].esc_rpm
 _INSTANCE: Final = r"(?:\[(-?\d{1,10})\])?"
 _NAMED: Final = re.compile(rf"([A-Za-z0-9]\w*(?:#\d+)?){_INSTANCE}\.({_FIELD})", re.A)

@@ -23,6 +23,7 @@ from .build import Flight, mav, record
         ("esc_status.esc[3].esc_rpm", "esc_status.esc[3].esc_rpm"),
         ("ATT#2.Roll", "ATT#2.Roll"),
         ("RPM.Qual", "RPM.Qual"),
+        ("SBRM.13", "SBRM.13"),
         ("74/airspeed", "VFR_HUD.airspeed"),
         ("125/VCC", "POWER_STATUS.Vcc"),
         ("BATTERY_STATUS[1].voltages[0]", "BATTERY_STATUS[1].voltages[0]"),
