@@ -8,7 +8,9 @@ the number of its job. A worker that dies (killed for its memory, aborted) costs
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -16,7 +18,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -31,6 +33,7 @@ Work = Callable[["Job"], Row]
 
 AHEAD: Final = 4
 """Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
+_THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +209,7 @@ def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tup
     suspects: list[tuple[int, Job]] = []
     while waiting:
         under_way: dict[Future[Row], tuple[int, Job]] = {}
-        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        with _pool(min(workers, len(waiting))) as pool:
             try:
                 while waiting or under_way:
                     while waiting and len(under_way) < AHEAD * workers:
@@ -218,15 +221,40 @@ def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tup
                         yield under_way.pop(future)[0], row
             except BrokenProcessPool:
                 suspects += under_way.values()
-            except BaseException:  # interrupted: what has not begun is not begun
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
     for number, job in sorted(suspects):
-        with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        with _pool(1) as pool:
             try:
                 yield number, pool.submit(work, job).result()
             except BrokenProcessPool:
                 yield number, lost(job, "the process that read it died (out of memory?)")
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool whose processes compute with one thread each, and end with an interrupt."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    others = set(active_children())
+    os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a process loads its libraries
+    try:
+        with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_no_interrupt) as pool:
+            try:
+                yield pool
+            except BaseException:  # what has begun need not end
+                pool.shutdown(wait=False, cancel_futures=True)
+                for process in set(active_children()) - others:
+                    process.terminate()
+                raise
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _no_interrupt() -> None:
+    """Leave Ctrl-C, which a terminal sends to every process, to the one that gave the work."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _on_cluster(jobs: Sequence[Job], address: str, work: Work) -> Iterator[tuple[int, Row]]:

@@ -22,6 +22,7 @@ import rich_click as click
 
 from fdi import __version__
 from fdi.cli.analyze import analyze
+from fdi.cli.batch import batch
 from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
 from fdi.cli.info import info
@@ -50,7 +51,7 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, convert, structure, evaluate):
+for _command in (analyze, info, convert, structure, evaluate, batch):
     fdi.add_command(_command)
 
 

@@ -7,7 +7,8 @@ that it could do without, and, from them or directly, which faults can be detect
 In: :class:`Model`. Out: bit sets of equations (int, bit i is equation i), parts, boolean arrays.
 Nothing here knows of logs, flights, units or the text of an equation.
 
-- ``incidence.py``: the model; bit sets; reference files
+- ``incidence.py``: the model; bit sets
+- ``reference.py``: models of reference files
 - ``matching.py``: a maximum matching of equations with unknowns
 - ``decomposition.py``: over-, just- and underdetermined part, graph components
 - ``equivalence.py``: equations that leave the overdetermined part together
@@ -22,15 +23,17 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``index.py``: how a set uses its differential constraints; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
 - ``placement.py``: minimal sets of added sensors
+- ``explain.py``: why faults cannot be told apart, and what would separate them
 - ``adapters.py``: models from and to networkx, scipy, sympy, the toolbox of record
 - ``frames.py``, ``plot.py``, ``display.py``: matrices with names, pictures, tables for notebooks
 """
 
 from fdi.structure.decomposition import decompose, graph_components
 from fdi.structure.equivalence import classes
-from fdi.structure.incidence import Fault, Model, bitset, load_reference, members, submodel
+from fdi.structure.incidence import Fault, Model, bitset, members, submodel
 from fdi.structure.isolability import detectable, isolability
 from fdi.structure.placement import place_sensors
+from fdi.structure.reference import load_reference
 from fdi.structure.testsets import count_bound, mso_sets, mtes_sets
 
 __all__ = [

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fdi.errors import UsageError
 from fdi.structure.decomposition import overdetermined, reached, underdetermined
-from fdi.structure.incidence import Model
+from fdi.structure.incidence import Model, existing
 from fdi.structure.matching import complete, match
 
 CAUSALITIES = ("mixed", "integral", "derivative")
@@ -65,7 +65,7 @@ def causally_overdetermined(
     Raises
     ------
     UsageError
-        When the causality is none of the three.
+        When the causality is none of the three, or there is no such equation.
 
     Notes
     -----
@@ -91,7 +91,7 @@ def causally_overdetermined(
     ()
     """
     require_causality(causality)
-    removed = set(without)
+    removed = set(existing(model, without))
     kept = [e for e in range(len(model.rows)) if e not in removed]
     if causality == "integral":
         return tuple(_integral(model, kept))

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fdi.structure.display import html_table
-from fdi.structure.incidence import Model, Rows
+from fdi.structure.incidence import Model, Rows, existing
 from fdi.structure.matching import match
 
 
@@ -206,6 +206,11 @@ def graph_components(model: Model, equations: Iterable[int] | None = None) -> tu
     tuple of Part
         By smallest equation. An equation without unknowns is a graph component of its own.
 
+    Raises
+    ------
+    UsageError
+        When there is no such equation.
+
     References
     ----------
     Zogopoulos-Papaliakos, Logothetis, Kyriakopoulos, "A Fault Diagnosis Framework for
@@ -217,7 +222,7 @@ def graph_components(model: Model, equations: Iterable[int] | None = None) -> tu
     >>> [part.equations for part in graph_components(model)]
     [(0, 2), (1, 3)]
     """
-    chosen = overdetermined(model.rows) if equations is None else sorted(set(equations))
+    chosen = overdetermined(model.rows) if equations is None else existing(model, equations)
     rows = [model.rows[equation] for equation in chosen]
     return tuple(
         _part([chosen[i] for i in group], {unknown for i in group for unknown in rows[i]})

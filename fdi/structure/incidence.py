@@ -10,15 +10,14 @@ part of a structure.
 
 from __future__ import annotations
 
-import json
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fdi.errors import ModelError
+from fdi.errors import ModelError, UsageError
 from fdi.structure.display import html_table
 
 Rows = Sequence[Sequence[int]]
@@ -73,7 +72,8 @@ class Model:
     Raises
     ------
     ModelError
-        When labels repeat, an index is out of range, or an edge is marked that does not exist.
+        When labels repeat, an index is no integer or out of range, or an edge is marked that does
+        not exist, or as state and derivative at once.
 
     References
     ----------
@@ -104,38 +104,49 @@ class Model:
         if len(self.rows) != len(self.equations):
             raise ModelError(f"{len(self.equations)} equations but {len(self.rows)} rows")
         n = len(self.unknowns)
+        rows = []
         for label, row in zip(self.equations, self.rows, strict=True):
-            for unknown in row:
+            unknowns = {_integer(u, f"equation {label!r}: unknown index") for u in row}
+            for unknown in unknowns:
                 if not 0 <= unknown < n:
-                    raise ModelError(
-                        f"equation {label!r}: unknown index {unknown} is not in 0..{n - 1}"
-                        if n
-                        else f"equation {label!r}: unknown index {unknown}, but no unknowns"
-                    )
+                    place = f"is not in 0..{n - 1}" if n else ", but no unknowns"
+                    space = " " if n else ""
+                    raise ModelError(f"equation {label!r}: unknown index {unknown}{space}{place}")
+            rows.append(tuple(sorted(unknowns)))
         # A frozen value normalises its own input here once; nobody writes to it afterwards.
-        object.__setattr__(self, "rows", tuple(tuple(sorted(set(row))) for row in self.rows))
+        object.__setattr__(self, "rows", tuple(rows))
         object.__setattr__(self, "faults", tuple(self._checked(fault) for fault in self.faults))
         self._check_edges()
 
     def _checked(self, fault: Fault) -> Fault:
-        if not fault.equations:
+        what = f"fault {fault.name!r}: equation index"
+        equations = {_integer(e, what) for e in fault.equations}
+        if not equations:
             raise ModelError(f"fault {fault.name!r} enters no equation")
-        for equation in fault.equations:
+        for equation in equations:
             if not 0 <= equation < len(self.equations):
                 raise ModelError(
-                    f"fault {fault.name!r}: equation index {equation} of "
-                    f"{len(self.equations)} equations does not exist"
+                    f"{what} {equation} of {len(self.equations)} equations does not exist"
                 )
-        return Fault(fault.name, tuple(sorted(set(fault.equations))))
+        return Fault(fault.name, tuple(sorted(equations)))
 
     def _check_edges(self) -> None:
         marked = [edge[:2] for edge in self.derivative]
         for equation, unknown in (*marked, *self.nonsolvable):
             if not (0 <= equation < len(self.rows) and unknown in self.rows[equation]):
                 raise ModelError(f"edge ({equation}, {unknown}) is marked but is not in the rows")
+        kinds: dict[tuple[int, int], str] = {}
         for equation, unknown, kind in self.derivative:
             if kind not in ("i", "d"):
                 raise ModelError(f"edge ({equation}, {unknown}): {kind!r} is neither 'i' nor 'd'")
+            if kinds.setdefault((equation, unknown), kind) != kind:
+                raise ModelError(
+                    f"equation {self.equations[equation]!r}: {self.unknowns[unknown]!r} is marked "
+                    f"both as state and as derivative"
+                )
+        edges = tuple((equation, unknown, kind) for (equation, unknown), kind in kinds.items())
+        object.__setattr__(self, "derivative", edges)
+        object.__setattr__(self, "nonsolvable", tuple(dict.fromkeys(self.nonsolvable)))
 
     def __repr__(self) -> str:
         name = f" {self.name}" if self.name else ""
@@ -184,7 +195,8 @@ class Model:
         Raises
         ------
         ModelError
-            When the matrix is not two-dimensional, or the model is wrong.
+            When the matrix is not two-dimensional, an entry is unknown (NaN) or no number, the
+            labels are not as many as rows and columns, or the model is wrong.
 
         References
         ----------
@@ -196,16 +208,20 @@ class Model:
         >>> model.rows, model.faults[0].equations
         (((0,), (0, 1), (1,)), (2,))
         """
-        if hasattr(matrix, "tocoo"):  # scipy sparse, without importing it
-            entries = matrix.tocoo()
-            shape, nonzero = entries.shape, entries.data != 0
-            edges = zip(entries.row[nonzero].tolist(), entries.col[nonzero].tolist(), strict=True)
-        else:
-            dense = np.asarray(matrix)
-            shape = dense.shape
-            if len(shape) != 2:
-                raise ModelError(f"an incidence matrix has 2 dimensions, not {len(shape)}")
-            edges = zip(*(index.tolist() for index in np.nonzero(dense)), strict=True)
+        sparse = hasattr(matrix, "tocoo")  # scipy's, without importing it
+        entries: Any = matrix.tocoo() if sparse else np.asarray(matrix)
+        shape, values = entries.shape, entries.data if sparse else entries
+        if len(shape) != 2:
+            raise ModelError(f"an incidence matrix has 2 dimensions, not {len(shape)}")
+        if values.dtype.kind not in "biuf" or (values.dtype.kind == "f" and np.isnan(values).any()):
+            raise ModelError("an entry of the incidence matrix is no number")
+        for what, labels, n in (("rows", equations, shape[0]), ("columns", unknowns, shape[1])):
+            if labels is not None and len(labels) != n:
+                raise ModelError(f"{n} {what} but {len(labels)} labels")
+        where = (
+            (entries.row[values != 0], entries.col[values != 0]) if sparse else np.nonzero(entries)
+        )
+        edges = zip(*(index.tolist() for index in where), strict=True)
         rows: list[list[int]] = [[] for _ in range(shape[0])]
         for equation, unknown in edges:
             rows[equation].append(unknown)
@@ -216,52 +232,6 @@ class Model:
             _faults(faults),
             name=name,
         )
-
-
-def load_reference(path: str | Path) -> Model:
-    """Return the model of a reference file.
-
-    Parameters
-    ----------
-    path : str or Path
-        JSON with ``equations``, ``unknowns``, ``faults``, ``incidence`` and, optionally,
-        ``nonsolvable``. Entries of ``faults`` with one name are one fault in several equations.
-
-    Returns
-    -------
-    Model
-        Faults in order of the first occurrence of their names.
-
-    Raises
-    ------
-    ModelError
-        When the file cannot be read or is no such model.
-
-    References
-    ----------
-    The format is described in ``shared/structural/README.md``, section 1.
-
-    Examples
-    --------
-    >>> load_reference("missing.json")
-    Traceback (most recent call last):
-    ...
-    fdi.errors.ModelError: missing.json: cannot be read: No such file or directory
-    """
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ModelError(f"cannot be read: {error.strerror}", where=str(path)) from error
-    except ValueError as error:
-        raise ModelError(f"is not JSON: {error}", where=str(path)) from error
-    try:
-        return _from_reference(data)
-    except (KeyError, TypeError, IndexError, ValueError) as error:
-        raise ModelError(
-            f"is not a reference model: {type(error).__name__}: {error}", where=str(path)
-        ) from error
-    except ModelError as error:
-        raise ModelError(error.message, where=str(path)) from error
 
 
 def submodel(model: Model, equations: Iterable[int]) -> Model:
@@ -278,6 +248,11 @@ def submodel(model: Model, equations: Iterable[int]) -> Model:
     Model
         Labels are kept. Faults keep the equations that remain; faults without any are dropped.
 
+    Raises
+    ------
+    UsageError
+        When there is no such equation.
+
     References
     ----------
     Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008, section II.
@@ -289,7 +264,7 @@ def submodel(model: Model, equations: Iterable[int]) -> Model:
     >>> part.equations, part.unknowns, part.rows, part.faults
     (('e2',), ('x1',), ((0,),), (Fault(name='f', equations=(0,)),))
     """
-    kept = sorted(set(equations))
+    kept = existing(model, equations)
     used = sorted({unknown for equation in kept for unknown in model.rows[equation]})
     row_of = {equation: i for i, equation in enumerate(kept)}
     column_of = {unknown: j for j, unknown in enumerate(used)}
@@ -308,6 +283,47 @@ def submodel(model: Model, equations: Iterable[int]) -> Model:
     )
 
 
+def existing(model: Model, equations: Iterable[int] | int) -> list[int]:
+    """Return equations that a caller named, ascending, each once, if all of them exist.
+
+    Parameters
+    ----------
+    model : Model
+    equations : iterable of int, or int
+        Indices, or a bit set.
+
+    Returns
+    -------
+    list of int
+
+    Raises
+    ------
+    UsageError
+        When there is no such equation.
+
+    References
+    ----------
+    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008, section II.
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1], [1]])
+    >>> existing(model, [1, 0, 1]), existing(model, 0b10)
+    ([0, 1], [1])
+    >>> existing(model, [2])
+    Traceback (most recent call last):
+    ...
+    fdi.errors.UsageError: equation 2 of 2 equations does not exist
+    """
+    chosen = members(equations) if isinstance(equations, int) else sorted(set(equations))
+    for equation in (*chosen[:1], *chosen[-1:]):
+        if not 0 <= equation < len(model.equations):
+            raise UsageError(
+                f"equation {equation} of {len(model.equations)} equations does not exist"
+            )
+    return list(chosen)
+
+
 def bitset(indices: Iterable[int]) -> int:
     """Return the bit set of indices: bit i is set when i is among them.
 
@@ -320,6 +336,11 @@ def bitset(indices: Iterable[int]) -> int:
     -------
     int
 
+    Raises
+    ------
+    UsageError
+        When one is negative.
+
     References
     ----------
     ``shared/structural/README.md``, section 6, idea 3 (sets of equations as integers).
@@ -331,6 +352,8 @@ def bitset(indices: Iterable[int]) -> int:
     """
     result = 0
     for index in indices:
+        if index < 0:
+            raise UsageError(f"index {index} is negative")
         result |= 1 << index
     return result
 
@@ -347,6 +370,11 @@ def members(bits: int) -> tuple[int, ...]:
     -------
     tuple of int
 
+    Raises
+    ------
+    UsageError
+        When it is negative.
+
     References
     ----------
     ``shared/structural/README.md``, section 6, idea 3.
@@ -356,6 +384,8 @@ def members(bits: int) -> tuple[int, ...]:
     >>> members(9)
     (0, 3)
     """
+    if bits < 0:
+        raise UsageError(f"bit set {bits} is negative")
     return tuple(index for index, bit in enumerate(reversed(bin(bits))) if bit == "1")
 
 
@@ -368,22 +398,11 @@ def _faults(faults: Mapping[str, int | Iterable[int]] | Iterable[Fault]) -> tupl
     )
 
 
-def _from_reference(data: dict[str, Any]) -> Model:
-    rows: list[list[int]] = [[] for _ in data["equations"]]
-    for equation, unknown, _ in data["incidence"]:
-        rows[equation].append(unknown)
-    equations_of: dict[str, list[int]] = {}
-    for fault in data["faults"]:
-        equations_of.setdefault(fault["name"], []).append(fault["equation"])
-    return Model(
-        tuple(data["equations"]),
-        tuple(data["unknowns"]),
-        tuple(tuple(row) for row in rows),
-        tuple(Fault(name, tuple(where)) for name, where in equations_of.items()),
-        tuple((e, u, kind) for e, u, kind in data["incidence"] if kind != "x"),
-        tuple((e, u) for e, u in data.get("nonsolvable", ())),
-        data["name"],
-    )
+def _integer(value: Any, what: str) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise ModelError(f"{what} {value!r} is no integer") from None
 
 
 def _require_unique(what: str, labels: tuple[str, ...]) -> None:

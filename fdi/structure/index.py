@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from fdi.errors import UsageError
 from fdi.structure.decomposition import decompose_rows, reached
-from fdi.structure.incidence import Model, Rows, members
+from fdi.structure.incidence import Model, Rows, existing
 from fdi.structure.matching import match
 
 
@@ -28,6 +28,11 @@ def is_low_index(model: Model, equations: int | None = None) -> bool:
     bool
         True when the algebraic equations of the set determine, structurally, the derivatives and
         algebraic unknowns that occur in them.
+
+    Raises
+    ------
+    UsageError
+        When an equation of the set does not exist.
 
     References
     ----------
@@ -64,6 +69,11 @@ def is_observable(model: Model, equations: int | None = None) -> bool:
     Returns
     -------
     bool
+
+    Raises
+    ------
+    UsageError
+        When an equation of the set does not exist.
 
     Notes
     -----
@@ -216,7 +226,7 @@ def residual_causality(model: Model, equations: int) -> str:
     >>> residual_causality(model, 0b111)
     'idi'
     """
-    chosen = list(members(equations))
+    chosen = existing(model, equations)
     marks = _marks(model, chosen)
     unknowns = {u for e in chosen for u in model.rows[e]}
     if len(chosen) != len(unknowns) + 1:
@@ -262,7 +272,7 @@ def _matched_kinds(
 
 
 def _chosen(model: Model, equations: int | None) -> list[int]:
-    return list(range(len(model.rows)) if equations is None else members(equations))
+    return list(range(len(model.rows))) if equations is None else existing(model, equations)
 
 
 def _marks(model: Model, chosen: list[int]) -> dict[tuple[int, int], str]:

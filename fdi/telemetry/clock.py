@@ -34,6 +34,7 @@ REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
 PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between two recordings
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
+_MANY: Final = 10_000  # stamps whose median is a right one
 _SINGLE: Final = 20  # more findings of one kind are told as one
 _LARGEST_US: Final = 2**61  # stamps beyond (year 75,000) only have to stay in range
 _MOST_JUMPS: Final = 1000  # of the recorder's clock; each costs a pass over the file
@@ -121,10 +122,18 @@ class Timeline:
             s; more than that from the other records' clock is no time of this record.
         """
         created = self.created[rows]
-        t = seconds + self.offset[self.boot[rows]]
-        t += np.rint((created - t) / wrap) * wrap
-        with np.errstate(invalid="ignore"):
-            return np.where(np.abs(t - created) <= slack, t, created)
+        t = seconds + _offset_of(self.offset, self.boot, rows)
+        far = np.abs(created - t)
+        if (far > wrap / 2).any():
+            t += np.rint((created - t) / wrap) * wrap
+            far = np.abs(created - t)
+        fits = far <= slack
+        return t if fits.all() else np.where(fits, t, created)
+
+
+def _offset_of(offset: Floats, boot: Ints, rows: Ints) -> Floats:
+    """Return the offset of the boot that records belong to."""
+    return offset if offset.size == 1 else offset[boot[rows]]  # one boot: no need to look
 
 
 def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints) -> Timeline:
@@ -163,13 +172,15 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     first = _first_of_boots(at, seconds, arrival)
     arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
     arrival, pauses = _shorten_pauses(arrival, at, first)
-    boot = np.searchsorted(first, np.arange(stamp_us.size), side="right") - 1
+    boot = np.repeat(np.arange(first.size), np.diff(first, append=stamp_us.size))
     delay = arrival[at] - seconds
     offset = np.minimum.reduceat(delay, np.searchsorted(at, first))
-    delay -= offset[boot[at]]
-    said = boot_ms / 1000 + offset[boot[rows]]
-    said += np.rint((arrival[rows] - said) / _MS_WRAP) * _MS_WRAP
-    created = _created(arrival, rows, said, np.interp(rows, at, delay), first)
+    delay -= _offset_of(offset, boot, at)
+    late = arrival[rows] - boot_ms / 1000 - _offset_of(offset, boot, rows)
+    wrapped = np.abs(late) > _MS_WRAP / 2
+    if wrapped.any():
+        late -= np.rint(late / _MS_WRAP) * _MS_WRAP
+    created = _created(arrival, rows, late, np.interp(rows, at, delay), first)
     reboots = [
         _finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in first[1:]
     ]
@@ -186,23 +197,25 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
 
 def _tell_nothing(stamp_us: NDArray[np.uint64], seconds: Floats) -> bool:
     """Return whether the stamps stand still or leap about while the vehicle's own clock runs."""
-    if seconds.size < 2 or np.any(np.diff(seconds) < 0):
+    if seconds.size < 2 or np.any(seconds[1:] < seconds[:-1]):
         return False
-    stamps = stamp_us.astype(np.float64) / 1e6
-    backward = float(np.mean(np.diff(stamps) < -STEP_S))
-    return backward > MOST_BACKWARD or float(np.ptp(stamps)) < LEAST_RUN * float(np.ptp(seconds))
+    stamps = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
+    backward = np.count_nonzero(stamps[1:] - stamps[:-1] < -STEP_S * 1e6) / stamps.size
+    run = float(stamps.max() - stamps.min()) / 1e6
+    return bool(backward > MOST_BACKWARD or run < LEAST_RUN * float(np.ptp(seconds)))
 
 
-def _created(arrival: Floats, rows: Ints, said: Floats, delay: Floats, first: Ints) -> Floats:
+def _created(arrival: Floats, rows: Ints, late: Floats, delay: Floats, first: Ints) -> Floats:
     """Return when the records were made: their stamps less the delay of the timed ones around them.
 
-    ``said`` is the time that the timed records give themselves, ``delay`` what the trusted message
-    suggests there; a record that says something else (another clock, a stale value) is left out.
+    ``late`` is the delay of the timed records by the time that they give themselves, ``delay`` what
+    the trusted message suggests there; a record that says something else (another clock, a stale
+    value) is left out.
     """
     created = arrival.copy()
-    late = arrival[rows] - said
     fits = np.abs(late - delay) < 0.5 * SPIKE_S
-    rows, late = rows[fits], late[fits]
+    if not fits.all():
+        rows, late = rows[fits], late[fits]
     for low, high in zip(first.tolist(), [*first[1:].tolist(), arrival.size], strict=True):
         part = slice(*np.searchsorted(rows, [low, high]))
         if rows[part].size:
@@ -224,34 +237,41 @@ def _finding(kind: Kind, t: float, count: int, text: str) -> QualityRecord:
 def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
     """Return which values leave the median of the five around them (none while they ascend)."""
     n = values.size
-    if n < 3:
-        return np.zeros(n, np.bool_)
+    far = np.zeros(n, np.bool_)
+    steps_back = np.flatnonzero(values[1:] < values[:-1])
+    if n < 3 or not steps_back.size:
+        return far
+    # two records away from any step back the five ascend, and the middle one is their median
+    rows = np.unique(np.clip(steps_back[:, None] + np.arange(-2, 4), 0, n - 1))
     padded = np.concatenate((np.repeat(-np.inf, 2), values, np.repeat(np.inf, 2)))
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 5)
+    windows = padded[rows[:, None] + np.arange(5)]
     # at the ends the padding keeps an ascending sequence its own median
-    far: NDArray[np.bool_] = np.abs(values - np.median(windows, axis=1)) > limit
+    far[rows] = np.abs(values[rows] - np.median(windows, axis=1)) > limit
     return far
 
 
 def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
     """Return the first stamp (us), and all from there in s, ascending but for jitter."""
-    signed = np.minimum(stamp_us, np.uint64(_LARGEST_US)).astype(np.int64)
-    origin = int(np.median(signed)) if signed.size else 0
+    signed = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
+    # any right stamp will do as origin; the median of many is one, the median of all takes longer
+    origin = int(np.median(signed[:: signed.size // _MANY + 1])) if signed.size else 0
     seconds = (signed - origin) / 1e6  # differences first: float64 holds 1.6e15 us to 0.25 us only
     wrong = _spikes(seconds, SPIKE_S) | _far_ends(seconds)
     quality = []
     if wrong.any() and not wrong.all():
         right = np.flatnonzero(~wrong)
         seconds = np.interp(np.arange(seconds.size), right, seconds[right])
-    steps = np.diff(seconds, prepend=seconds[:1])
-    back = np.flatnonzero(steps < -STEP_S)
+    back = np.flatnonzero(seconds[1:] - seconds[:-1] < -STEP_S) + 1
     zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
     zero = min(max(zero, 0), _LARGEST_US)
-    exact = (signed - zero) / 1e6
-    arrival = np.where(wrong, seconds - (zero - origin) / 1e6, exact)
-    shift = np.zeros(seconds.size)
-    shift[back] = -steps[back]
-    arrival += np.cumsum(shift)
+    arrival = (signed - zero) / 1e6
+    if wrong.any():
+        arrival = np.where(wrong, seconds - (zero - origin) / 1e6, arrival)
+    steps = seconds[back] - seconds[back - 1]
+    if back.size:
+        shift = np.zeros(seconds.size)
+        shift[back] = -steps
+        arrival += np.cumsum(shift)
     if wrong.any():
         at = float(arrival[np.flatnonzero(wrong)[0]])
         text = f"{int(wrong.sum())} record stamps are wrong: interpolated"
@@ -261,9 +281,9 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
             "clock_jump",
             float(arrival[row]),
             1,
-            f"the recorder's clock stepped back by {-steps[row]:.3f} s",
+            f"the recorder's clock stepped back by {-step:.3f} s",
         )
-        for row in back
+        for row, step in zip(back, steps, strict=True)
     ]
     return zero, arrival, [*quality, *_told_as_one(jumps)]
 
@@ -312,31 +332,41 @@ def _remove_clock_jumps(
     """Return the stamps without the steps that the vehicle's clock does not share."""
     boot = np.searchsorted(first, rows, side="right")
     delay = arrival[rows] - seconds
-    found = []
-    arrival = arrival.copy()
     same = np.diff(boot) == 0
+    found, places, steps = [], [], []
+    moved, done = 0.0, 0  # the steps found so far, and how many delays are free of them
     for i in np.flatnonzero((np.abs(np.diff(delay)) > STEP_S) & same)[:_MOST_JUMPS]:
+        low, high = max(i + 1 - _ENVELOPE, 0), min(i + 1 + _ENVELOPE, delay.size)
+        delay[done:high] -= moved
+        done = max(done, high)
         # a link that stalls and then catches up returns to its lower envelope; a clock does not
-        before = delay[max(i + 1 - _ENVELOPE, 0) : i + 1][
-            boot[max(i + 1 - _ENVELOPE, 0) : i + 1] == boot[i]
-        ]
-        after = delay[i + 1 : i + 1 + _ENVELOPE][boot[i + 1 : i + 1 + _ENVELOPE] == boot[i]]
+        before = delay[low : i + 1][boot[low : i + 1] == boot[i]]
+        after = delay[i + 1 : high][boot[i + 1 : high] == boot[i]]
         step = float(after.min() - before.min())
         if abs(step) <= STEP_S:
             continue
         at = _widest_step(arrival, int(rows[i]), int(rows[i + 1]))
-        arrival[at:] -= step
-        delay[i + 1 :] -= step
+        delay[i + 1 : done] -= step
+        moved += step
+        places.append(at)
+        steps.append(step)
         text = f"the recorder's clock jumped by {step:+.3f} s against the vehicle's"
-        found.append(_finding("clock_jump", float(arrival[at]), 1, text))
+        found.append(_finding("clock_jump", float(arrival[at] - moved), 1, text))
+    if places:
+        shift = np.zeros(arrival.size)
+        np.add.at(shift, places, steps)
+        arrival = arrival - np.cumsum(shift)
     return arrival, _told_as_one(found)
 
 
 def _shorten_pauses(arrival: Floats, rows: Ints, first: Ints) -> tuple[Floats, list[QualityRecord]]:
     """Return the stamps with pauses of more than an hour shortened, unless one boot spans them."""
+    pauses = np.flatnonzero(np.diff(arrival) > PAUSE_S)
+    if not pauses.size:
+        return arrival, []
     found = []
     shift = np.zeros(arrival.size)
-    for i in np.flatnonzero(np.diff(arrival) > PAUSE_S):
+    for i in pauses:
         place = int(np.searchsorted(rows, i, side="right"))
         if 0 < place < rows.size:
             last, following = rows[place - 1], rows[place]

@@ -113,11 +113,18 @@ class Message:
         return found
 
     def raw(self, name: str) -> NDArray[Any]:
-        """Return the values as on the wire, (m,), one per raw record (as ``stamp``); read-only."""
+        """Return the values as on the wire, (m,), one per raw record (as ``stamp``); read-only.
+
+        They may lie apart in memory, as in the records. What was made of another message is made
+        anew each time: in SI it is kept.
+        """
         column = self._column(name)
-        if name not in self._cache:
-            self._cache[name] = _read_only(column.load())
-        return self._cache[name]
+        if name in self._cache:
+            return self._cache[name]
+        values = _read_only(column.load())
+        if self.made_from is None:
+            self._cache[name] = values
+        return values
 
     def si(self, name: str) -> Floats:
         """Return the values in SI, (n,) float64 as ``t``, NaN where unknown; text is all NaN."""

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from fdi.structure import Fault, Model
@@ -13,6 +14,11 @@ from fdi.structure import Fault, Model
 SHARED = Path(__file__).parents[2].parent / "shared"
 REFERENCE = sorted((SHARED / "structural" / "models").glob("*.json"))
 needs_shared = pytest.mark.skipif(not REFERENCE, reason="the shared reference data are not here")
+
+
+def tried(n):
+    """Settings for n examples, or those of the profile if they are more (see tests/conftest.py)."""
+    return settings(max_examples=max(n, settings.default.max_examples), deadline=None)
 
 
 @st.composite

@@ -118,6 +118,38 @@ def mtes(model):
     return {m for m in tes if not any(other < m for other in tes)}
 
 
+def without_unknown(model, unknown):
+    return [tuple(u for u in row if u != unknown) for row in model.rows]
+
+
+def parts(model):
+    """Over, just, under as sets of (equations, unknowns): what some maximum matching can spare.
+
+    An equation is over when the rank is the same without it, an unknown under likewise; what
+    contains an underdetermined unknown is under, what an overdetermined equation contains is over.
+    """
+    equations, columns = range(len(model.rows)), range(len(model.unknowns))
+    full = rank(model.rows)
+    over = overdetermined(model, equations)
+    loose = {u for u in columns if rank(without_unknown(model, u)) == full}
+    under = {e for e in equations if loose.intersection(model.rows[e])}
+    held = unknowns(model, over)
+    just = set(equations) - over - under
+    return (set(over), held), (just, set(columns) - held - loose), (under, loose)
+
+
+def hall_blocks(model):
+    """Equations that belong to the same square systems, of which there may be overlapping ones."""
+    _, (just, columns), _ = parts(model)
+    square = [
+        set(some) for some in subsets(just) if len(unknowns(model, some) & columns) == len(some)
+    ]
+    found = {}
+    for e in sorted(just):
+        found.setdefault(tuple(e in some for some in square), []).append(e)
+    return list(found.values())
+
+
 def classes(model):
     whole = overdetermined(model, range(len(model.rows)))
     found = {whole - overdetermined(model, sorted(whole - {equation})) for equation in whole}

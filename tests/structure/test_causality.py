@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from fdi.errors import UsageError
 from fdi.structure import Fault, Model, detectable, isolability
@@ -9,7 +9,7 @@ from fdi.structure.causality import CAUSALITIES, causally_overdetermined
 from fdi.structure.losses import causal_classes
 
 from . import naive
-from .models import dynamic_models, models
+from .models import dynamic_models, models, tried
 
 #                    x  dx
 # dx = d/dt x        i  d
@@ -26,7 +26,7 @@ TWO_RATES = Model(
 
 @pytest.mark.parametrize("causality", CAUSALITIES)
 @given(model=dynamic_models())
-@settings(max_examples=300)
+@tried(300)
 def test_overdetermined_part_equals_brute_force(model, causality):
     expected = naive.OVERDETERMINED[causality](model, range(len(model.rows)))
     assert set(causally_overdetermined(model, causality)) == expected
@@ -36,14 +36,14 @@ def test_overdetermined_part_equals_brute_force(model, causality):
 
 @pytest.mark.parametrize("causality", CAUSALITIES)
 @given(model=dynamic_models())
-@settings(max_examples=300)
+@tried(300)
 def test_isolability_equals_brute_force(model, causality):
     assert isolability(model, causality).tolist() == naive.isolable_causally(model, causality)
 
 
 @pytest.mark.parametrize("causality", CAUSALITIES)
 @given(model=dynamic_models(max_equations=10, max_states=4, max_others=3))
-@settings(max_examples=300)
+@tried(300)
 def test_what_remains_without_a_class_is_what_remains_without_its_equations(model, causality):
     """On larger models, against one analysis for each class."""
     faulty = replace(model, faults=tuple(Fault(f"f{e}", (e,)) for e in range(len(model.rows))))
@@ -57,7 +57,6 @@ def test_what_remains_without_a_class_is_what_remains_without_its_equations(mode
 
 
 @given(models())
-@settings(deadline=None)
 def test_without_differential_constraints_all_causalities_agree(model):
     for causality in CAUSALITIES:
         assert (detectable(model, causality) == detectable(model)).all()

@@ -5,13 +5,13 @@ import sys
 from itertools import islice
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import UsageError
 from fdi.structure import Fault, Model, load_reference, mso_sets, mtes_sets, search
 
-from .models import REFERENCE, dense, needs_shared
+from .models import REFERENCE, dense, needs_shared, tried
 
 SEARCHES = (mso_sets, mtes_sets)
 
@@ -33,7 +33,7 @@ def redundant(draw):
 
 
 @given(redundant())
-@settings(max_examples=500)
+@tried(500)
 def test_compiled_code_finds_the_same_sets_in_the_same_order(model):
     for find in SEARCHES:
         assert list(find(model, compiled=True)) == list(find(model, compiled=False))

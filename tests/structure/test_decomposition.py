@@ -4,12 +4,23 @@ from fdi.structure import Model, decompose, graph_components
 from fdi.structure.decomposition import Part, overdetermined
 
 from . import naive
-from .models import models
+from .models import models, tried
 
 
 @given(models())
 def test_overdetermined_part_equals_brute_force(model):
     assert set(overdetermined(model.rows)) == naive.overdetermined(model, range(len(model.rows)))
+
+
+@given(models())
+@tried(1000)
+def test_parts_and_hall_blocks_equal_brute_force(model):
+    found = decompose(model)
+    for part, expected in zip(
+        (found.over, found.just, found.under), naive.parts(model), strict=True
+    ):
+        assert (set(part.equations), set(part.unknowns)) == expected
+    assert [list(block.equations) for block in found.hall] == naive.hall_blocks(model)
 
 
 @given(models())

@@ -1,13 +1,13 @@
-from hypothesis import given, settings
+from hypothesis import given
 
 from fdi.structure import Model, classes
 
 from . import naive
-from .models import models
+from .models import models, tried
 
 
 @given(models(max_equations=9, max_unknowns=7))
-@settings(max_examples=1000, deadline=None)
+@tried(1000)
 def test_classes_equal_brute_force(model):
     assert [list(part.equations) for part in classes(model).sets] == naive.classes(model)
 

@@ -2,19 +2,9 @@ import pytest
 
 from fdi.errors import UsageError
 from fdi.structure import Model
-from fdi.structure.index import is_observable, residual_causality, structural_index
+from fdi.structure.index import residual_causality, structural_index
 
 from .test_causality import TWO_RATES
-
-
-def test_one_equation_without_unknowns_has_an_algebraic_residual():
-    """The toolbox of record raises IndexError (README section 7)."""
-    assert residual_causality(Model(("e",), (), ((),)), 1) == "a"
-
-
-def test_the_whole_model_can_be_asked_for_observability():
-    """The toolbox of record raises IndexError without a set (README section 7)."""
-    assert not is_observable(TWO_RATES)
 
 
 def test_a_set_that_is_no_mso_set_is_refused():

@@ -1,13 +1,15 @@
-from itertools import combinations
+from itertools import combinations, product
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fdi.errors import UsageError
 from fdi.structure import Model, detectable, isolability, place_sensors
 from fdi.structure.placement import GOALS, add_sensors
 
-from .models import models
+from .models import models, tried
 
 
 def reaches(model, sensors, goal):
@@ -27,10 +29,71 @@ def brute_force(model, goal):
 
 
 @pytest.mark.parametrize("goal", GOALS)
-@given(model=models())
-@settings(deadline=None, max_examples=200)
+@given(model=models(max_equations=5, max_unknowns=4))
+@tried(300)
 def test_sets_equal_brute_force(model, goal):
     assert place_sensors(model, goal=goal) == brute_force(model, goal)
+
+
+def brute_force_with_faults(model, faulty, goal):
+    """All minimal multisets by trying every one: what holds for all sensors holds for those chosen.
+
+    The faults of the model itself get all that all sensors grant, the sensors' faults too.
+    """
+    most = [2 if u in faulty else 1 for u in range(len(model.unknowns))]
+
+    def granted(counts):
+        sensors = [u for u, n in enumerate(counts) for _ in range(n)]
+        extended = add_sensors(model, sensors, faulty)
+        names = [fault.name for fault in extended.faults]
+        seen, told = detectable(extended), isolability(extended)
+        pairs = {(names[i], names[j]) for i, j in np.argwhere(told)} if goal != GOALS[0] else set()
+        return set(names), {(n, "") for n, s in zip(names, seen, strict=True) if s} | pairs
+
+    wanted = granted(most)[1]
+    found = []
+    for counts in sorted(product(*(range(n + 1) for n in most)), key=sum):
+        names, reached_here = granted(counts)
+        needed = {(f, g) for f, g in wanted if f in names and (not g or g in names)}
+        smaller = any(all(a <= b for a, b in zip(other, counts, strict=True)) for other in found)
+        if not smaller and needed <= reached_here:
+            found.append(counts)
+    return {tuple(u for u, n in enumerate(c) for _ in range(n)) for c in found}
+
+
+@pytest.mark.parametrize("goal", GOALS)
+@given(model=models(max_equations=4, max_unknowns=3), data=st.data())
+@tried(150)
+def test_sets_of_sensors_that_may_fail_equal_brute_force(model, goal, data):
+    unknowns = range(len(model.unknowns))
+    faulty = data.draw(st.sets(st.sampled_from(unknowns))) if model.unknowns else set()
+    found = place_sensors(model, goal=goal, faulty=faulty)
+    assert set(found) == brute_force_with_faults(model, faulty, goal)
+    assert len(set(found)) == len(found)
+
+
+@given(model=models(max_equations=5, max_unknowns=3), data=st.data())
+@tried(150)
+def test_sets_for_single_wishes_equal_brute_force(model, data):
+    if not model.faults:
+        return
+    names = st.sampled_from([fault.name for fault in model.faults])
+    wishes = data.draw(st.lists(st.one_of(names, st.tuples(names, names)), max_size=3))
+    place = {fault.name: i for i, fault in enumerate(model.faults)}
+
+    def grants(sensors):
+        extended = add_sensors(model, sensors)
+        seen, told = detectable(extended), isolability(extended)
+        return all(
+            seen[place[w]] if isinstance(w, str) else told[place[w[0]], place[w[1]]] for w in wishes
+        )
+
+    expected = []
+    for size in range(len(model.unknowns) + 1):
+        for some in combinations(range(len(model.unknowns)), size):
+            if grants(some) and not any(set(other) <= set(some) for other in expected):
+                expected.append(some)
+    assert place_sensors(model, goal=wishes) == tuple(expected)
 
 
 def test_a_model_without_faults_needs_no_sensor():
@@ -41,6 +104,10 @@ def test_wrong_arguments_are_refused():
     model = Model.from_matrix([[1, 0], [0, 1]], faults={"f": 0, "g": 1})
     with pytest.raises(UsageError, match="unknown 7 of 2 unknowns does not exist"):
         place_sensors(model, [7])
+    with pytest.raises(UsageError, match="has no fault 'z'"):
+        place_sensors(model, goal=[("f", "z")])
+    with pytest.raises(UsageError, match="x1 may fail but is no candidate"):
+        place_sensors(model, [0], faulty=[1])
     with pytest.raises(UsageError, match="'speed' is none of detectability, isolability"):
         place_sensors(model, goal="speed")
     for cost in (float("nan"), float("inf"), -1.0):
@@ -57,5 +124,9 @@ def test_a_search_beyond_the_limit_is_refused():
 
 
 def test_sensors_are_named_apart():
-    model = add_sensors(Model.from_matrix([[1]]), [0, 0])
+    model = add_sensors(Model.from_matrix([[1]]), [0, 0], faulty=[0])
     assert model.equations == ("e0", "sensor of x0", "sensor of x0 2")
+    assert [fault.name for fault in model.faults] == [
+        "fault of sensor of x0",
+        "fault of sensor of x0 2",
+    ]

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from fdi.structure import (
     Model,
@@ -17,7 +17,7 @@ from fdi.structure import (
 )
 from fdi.structure.plot import plot_decomposition, plot_isolability, plot_signatures
 
-from .models import REFERENCE, dense, models, needs_shared
+from .models import REFERENCE, dense, models, needs_shared, tried
 
 SMALL_AND_LARGE = [
     path for path in REFERENCE if path.stem in ("corner_cases", "three_tank", "fuel_cell_sensors")
@@ -46,7 +46,7 @@ def frames(figure):
 
 
 @given(models())
-@settings(max_examples=25, deadline=None)
+@tried(12)
 def test_the_decomposed_matrix_is_the_incidence_matrix_in_another_order(model):
     matrix, rows, columns = drawn(plot_decomposition(model))
     if not rows or not columns:
@@ -61,7 +61,7 @@ def test_the_decomposed_matrix_is_the_incidence_matrix_in_another_order(model):
 
 
 @given(models(max_equations=9, max_unknowns=8))
-@settings(max_examples=40, deadline=None)
+@tried(15)
 def test_nothing_is_left_of_or_below_the_blocks(model):
     figure = plot_decomposition(model)
     matrix = drawn(figure)[0]
@@ -99,7 +99,7 @@ def test_signatures_are_drawn_as_they_are():
 
 
 @given(models())
-@settings(max_examples=25, deadline=None)
+@tried(12)
 def test_isolability_is_drawn_as_it_is(model):
     if not model.faults:
         return

@@ -3,7 +3,7 @@ from functools import reduce
 from operator import or_
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import UsageError
@@ -22,7 +22,7 @@ from fdi.structure import (
 from fdi.structure.decomposition import overdetermined
 
 from . import naive
-from .models import dense, models
+from .models import dense, models, tried
 
 
 def as_sets(bit_sets):
@@ -32,19 +32,19 @@ def as_sets(bit_sets):
 
 
 @given(models(max_equations=8))
-@settings(max_examples=1000, deadline=None)
+@tried(1000)
 def test_mso_sets_equal_brute_force_on_small_models(model):
     assert as_sets(mso_sets(model)) == naive.mso(model)
 
 
 @given(models(max_equations=8))
-@settings(max_examples=1000, deadline=None)
+@tried(1000)
 def test_mtes_equal_brute_force_on_small_models(model):
     assert as_sets(mtes_sets(model)) == naive.mtes(model)
 
 
 @given(models(max_equations=8, max_unknowns=2))
-@settings(max_examples=100, deadline=None)
+@tried(100)
 def test_sets_equal_brute_force_at_high_redundancy(model):
     assert as_sets(mso_sets(model)) == naive.mso(model)
     assert as_sets(mtes_sets(model)) == naive.mtes(model)
@@ -81,7 +81,6 @@ def test_with_a_fault_in_every_equation_mtes_are_the_mso_sets():
 
 
 @given(models(), st.randoms(use_true_random=False))
-@settings(deadline=None)
 def test_permuting_equations_permutes_the_sets(model, random):
     order = list(range(len(model.rows)))
     random.shuffle(order)
@@ -134,7 +133,6 @@ def test_fault_free_redundancy_elsewhere_belongs_to_every_mtes_by_definition_onl
 
 
 @given(models())
-@settings(deadline=None)
 def test_mtes_by_component_are_the_mtes_of_the_component_models(model):
     expected = set()
     for part in graph_components(model):
@@ -144,7 +142,6 @@ def test_mtes_by_component_are_the_mtes_of_the_component_models(model):
 
 
 @given(models())
-@settings(deadline=None)
 def test_count_bound_is_not_below_the_number_of_mtes(model):
     assert count_bound(model) >= len(as_sets(mtes_sets(model)))
 

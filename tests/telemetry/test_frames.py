@@ -1,12 +1,17 @@
 """The compiled walk finds what numpy finds, whatever the bytes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fdi.errors import LogError
+from fdi.telemetry import Log
 from fdi.telemetry.dialect import frame_checks
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
+from fdi.telemetry.formats.tlog import read_tlog
 
 from .build import Flight, mav, record
 
@@ -95,3 +100,35 @@ def test_frame_wins_over_the_frames_that_it_carries():
         frames = found(data, fast)
         assert frames.number.tolist() == [0, 385, 2]
         assert not frames.damage
+
+
+def assert_same_log(one: Log, other: Log) -> None:
+    assert (one.events, one.flights, one.quality) == (other.events, other.flights, other.quality)
+    assert (one.parameters, one.sources) == (other.parameters, other.sources)
+    assert list(one.messages) == list(other.messages)
+    for key, ours in one.messages.items():
+        theirs = other[key]
+        for name in ("t", "stamp", "kept"):
+            np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name), err_msg=key)
+        for field in ours.fields:
+            assert ours.raw(field).dtype == theirs.raw(field).dtype
+            np.testing.assert_array_equal(ours.raw(field), theirs.raw(field), err_msg=field)
+            np.testing.assert_array_equal(ours.si(field), theirs.si(field), err_msg=field)
+
+
+@given(data=damaged())
+def test_log_is_the_same_with_and_without_machine_code(data):
+    pytest.importorskip("numba")
+    made = []
+    for fast in ("0", "1"):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("FDI_FAST", fast)
+            try:
+                made.append(read_tlog(Path("log.tlog"), np.frombuffer(data, np.uint8)))
+            except LogError as error:
+                made.append(str(error))
+    assert type(made[0]) is type(made[1])
+    if isinstance(made[0], str):
+        assert made[0] == made[1]
+    else:
+        assert_same_log(*made)

@@ -5,6 +5,8 @@ import random
 import numpy as np
 import pytest
 
+from fdi.telemetry.formats.ulog_columns import Places, Store
+from fdi.telemetry.formats.ulog_records import find_records
 from fdi.telemetry.formats.ulog_walk import Walk
 
 from . import build_ulog as build
@@ -92,3 +94,17 @@ def test_columns_used_last_are_kept_up_to_a_size(monkeypatch, load):
         for message in log.messages.values():
             for name in message.fields:
                 assert message.columns[name].load().size == message.stamp.size
+
+
+def test_what_nobody_asks_for_is_not_decoded(monkeypatch):
+    monkeypatch.setenv("FDI_FAST", "1")
+    data = np.frombuffer(build.small(500), np.uint8)
+    rows = find_records(data, [(16, data.size)]).rows
+    store = Store(data, [Places(one.layout, one.at) for one in rows])
+    number = {one.layout.topic: i for i, one in enumerate(rows)}
+    status = rows[number["vehicle_status"]].layout.fields[1]
+    store.load(number["vehicle_status"], status)
+    assert set(store.kept) == {number["vehicle_status"]}
+    for name in ("motors", "wave"):
+        store.load(number[name], rows[number[name]].layout.fields[0])
+    assert len(store.kept) == len(rows)

@@ -12,12 +12,17 @@ dataflash_log.py      puts the log together, binary or text
 dataflash_events.py   modes, arming, texts, parameters
 texts.py              rows of bytes: which are alike, and what they say
 compiled.py           loops over bytes as machine code, where numba is at hand
-meaning.py            what another format says, in MAVLink's words
 gather.py             bytes at many offsets
+repeated.py           which rows of bytes are the same
+meaning.py            what another format says, in MAVLink's words
 meaning_sources.py    how the table of correspondences is written
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
 mavlink_checksum.py   whether a frame is what was sent
+mavlink_kernels.py    the same as loops over bytes
+mavlink_groups.py     frames by sender and message
+mavlink_vehicle.py    which sender is the vehicle
+mavlink_times.py      when was each record made
 mavlink_columns.py    payloads to columns
 mavlink_events.py     modes, arming, texts, parameters
 mavlink_signs.py      which way is up

@@ -1,6 +1,6 @@
 """Which loops over bytes run as compiled code, and when is that worth it?
 
-A kernel here is a plain function over arrays, in the part of Python that numba compiles. It says
+A kernel is a plain function over arrays, in the part of Python that numba compiles. It says
 the same as the numpy code that it stands in for, byte by byte; tests hold both against each other.
 `compiled` returns it as machine code, or None: then the numpy code does the work. That is so
 without numba (extra ``fast``), and for small files: importing numba and loading the kept machine
@@ -34,7 +34,7 @@ def compiled(kernel: Kernel, size: int) -> Kernel | None:
     Parameters
     ----------
     kernel : function
-        One of this file.
+        One of this file, or of a file of kernels of one format.
     size : int
         Bytes of the file that it is to walk.
 
@@ -59,95 +59,6 @@ def _machine_code(kernel: Callable[..., Any]) -> Any:
         return numba.njit(cache=True, nogil=True)(kernel)
     except RuntimeError:  # no folder to keep it in
         return numba.njit(nogil=True)(kernel)
-
-
-def walk_frames(
-    data: NDArray[np.uint8],
-    extra: NDArray[np.int16],
-    sizes: NDArray[np.int16],
-    table: NDArray[np.uint16],
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where joined MAVLink frames begin, and the other candidates between them.
-
-    Stands in for `mavlink_frames._joined_frames`, where the words are explained.
-
-    Parameters
-    ----------
-    data : (n,) uint8
-    extra, sizes : (m,) int16
-        CRC_EXTRA (-1 unknown) and payload size per message number, the last for all beyond.
-    table : (8, 256) uint16
-        As `mavlink_checksum.byte_tables`.
-    """
-    size, unknown = data.size, extra.size - 1
-
-    def look(at: int) -> int:
-        """Return the record's end; 0 where no header is, -1 where no known frame can be."""
-        if at + 16 > size:
-            return 0
-        if data[at + 8] == 0xFE:
-            number, end = np.int64(data[at + 13]), at + 16 + data[at + 9]
-            fits = data[at + 9] <= sizes[number]
-        elif data[at + 8] == 0xFD and at + 20 <= size and data[at + 10] & 0xFE == 0:
-            number = np.int64(data[at + 15]) | np.int64(data[at + 16]) << 8
-            number = number if data[at + 17] == 0 else np.int64(unknown)
-            end, fits = at + 20 + data[at + 9] + 13 * data[at + 10], True
-        else:
-            return 0
-        return end if extra[number] >= 0 and fits and end <= size else -1
-
-    def is_right(at: int) -> bool:
-        stop, number = at + 14 + data[at + 9], np.int64(data[at + 13])
-        if data[at + 8] == 0xFD:
-            number = np.int64(data[at + 15]) | np.int64(data[at + 16]) << 8
-            number |= np.int64(data[at + 17]) << 16
-            stop += 4
-        crc = np.uint16(0xFFFF)
-        place = at + 9
-        while place + 8 <= stop:
-            crc = (
-                table[7, data[place] ^ (crc & 0xFF)]
-                ^ table[6, data[place + 1] ^ (crc >> 8)]
-                ^ table[5, data[place + 2]]
-                ^ table[4, data[place + 3]]
-                ^ table[3, data[place + 4]]
-                ^ table[2, data[place + 5]]
-                ^ table[1, data[place + 6]]
-                ^ table[0, data[place + 7]]
-            )
-            place += 8
-        while place < stop:
-            crc = np.uint16(crc >> 8) ^ table[0, (crc ^ data[place]) & 0xFF]
-            place += 1
-        crc = np.uint16(crc >> 8) ^ table[0, (crc ^ extra[number]) & 0xFF]
-        return bool(crc == (np.uint16(data[stop]) | np.uint16(data[stop + 1]) << 8))
-
-    def joins(at: int, end: int) -> bool:
-        joined, before = look(end) != 0, max(at - 288, 0)  # the longest record
-        while not joined and before <= at - 16:
-            joined = look(before) == at
-            before += 1
-        return joined
-
-    start = np.empty(size // 16 + 1, np.int64)
-    others = np.empty(1024, np.int64)
-    found = left = at = last = 0
-    while at + 16 <= size:
-        end = look(at)
-        if end > 0 and is_right(at) and ((found > 0 and at == last) or joins(at, end)):
-            start[found] = at
-            found += 1
-            at = last = end
-            continue
-        if end != 0:
-            if left == others.size:
-                longer = np.empty(2 * left, np.int64)
-                longer[:left] = others
-                others = longer
-            others[left] = at
-            left += 1
-        at += 1
-    return start[:found].copy(), others[:left].copy()
 
 
 def dataflash_run(
@@ -345,6 +256,7 @@ def sort_messages(
     number: NDArray[np.uint16],
     at: NDArray[np.int64],
     stamp: NDArray[np.uint64],
+    header: int,
     places: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint64]],
 ) -> None:
     """Fill in messages by their ids, those of one id in their order.
@@ -353,6 +265,8 @@ def sort_messages(
     ----------
     number, at, stamp : (n,)
         Ids, and what goes with them.
+    header : int
+        What is added to ``at``.
     places : (65537,), (n,), (n,)
         Where the messages of an id begin, and the sorted rest.
     """
@@ -366,4 +280,4 @@ def sort_messages(
     for i in range(np.uint64(number.size)):
         place = following[number[i]]
         following[number[i]] = place + np.uint64(1)
-        sorted_at[place], sorted_stamp[place] = at[i], stamp[i]
+        sorted_at[place], sorted_stamp[place] = at[i] + header, stamp[i]

@@ -16,7 +16,7 @@ Where not even these are at hand, attitude is taken to come at 10 Hz, as it did;
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -36,6 +36,7 @@ _SLACK_S: Final = 2.0  # records of one moment are written this far apart at mos
 _FAR_S: Final = 600.0
 _APART_S: Final = 1e-3  # between two starts
 _NOMINAL_S: Final = 0.1  # Copter 3.0 wrote attitude and throttle in its 10 Hz loop
+_MOST_POINTS: Final = 1 << 16  # of the track
 _WEEK_MS: Final = 604_800_000
 _WEEK_S: Final = 604_800.0
 _GPS_EPOCH: Final = 315964800  # s since 1970: 6 January 1980
@@ -71,7 +72,7 @@ class Track:
     @property
     def has_pause(self) -> bool:
         """Whether the records of the track are far apart somewhere."""
-        return bool(np.any(np.diff(self.t) > _SLACK_S))
+        return bool(np.any(np.diff(self.t[1:]) > _SLACK_S))  # the first may be another table's
 
     def at(self, start: NDArray[np.integer]) -> Floats:
         """Return the times of places in the file, (n,) s: between those of the track's records."""
@@ -86,6 +87,8 @@ class Times:
     t: Floats
     stamp: Floats
     is_own: bool  # the records say it themselves
+    is_ascending: bool  # strictly
+    damaged: int = 0  # how many say something else than their place does
 
 
 def said(table: Table) -> NDArray[np.int64] | None:
@@ -115,23 +118,33 @@ def find_track(tables: Tables) -> tuple[Track, list[Times]]:
     us = stated[main]
     if us is None or not np.any(us >= 0):
         track = _week_track(tables) or _nominal_track(tables)
-        return track, [Times(t, t, False) for t in (track.at(one.start) for one in tables)]
+        return track, [_in_place(table, track) for table in tables]
     track = _boot_track(tables, stated, main)
-    made = [_times(table, us, track) for table, us in zip(tables, stated, strict=True)]
+    # one piece of memory: many small ones cost twice the time to fill
+    room, made = np.empty(sum(known)), []
+    for table, us in zip(tables, stated, strict=True):
+        made.append(_in_place(table, track) if us is None else _times(table, us, track, room))
+        room = room[0 if us is None else us.size :]
+    count = sum(times.damaged for times in made)
+    if count:
+        text = f"{count} records have a damaged time: they have that of their place in the file"
+        found = QualityRecord("repaired", None, None, None, count, text)
+        track = replace(track, quality=(*track.quality, found))
     return track, made
 
 
 def _boot_track(tables: Tables, stated: Sequence[NDArray[np.int64] | None], main: int) -> Track:
-    us, start = stated[main], tables[main].start.astype(np.int64)
-    assert us is not None
-    quality = []
+    whole = stated[main]
+    assert whole is not None
+    rare = slice(None, None, -(-whole.size // _MOST_POINTS))
+    us, start = whole[rare], tables[main].start[rare].astype(np.int64)
     steps = np.diff(us)
     if us.min() < 0 or (steps.size and steps.min() < 0) or np.any(steps > _FAR_S * 1e6):
         good = (us >= 0) & ~_spikes(us)
-        if not good.all() and good.any():
+        if good.any():
             us, start = us[good], start[good]
-            text = f"{int((~good).sum())} times of {tables[main].layout.name} are damaged"
-            quality.append(QualityRecord("repaired", None, None, None, int((~good).sum()), text))
+        else:
+            us, start = whole[whole >= 0], tables[main].start[whole >= 0].astype(np.int64)
     rows = [
         i
         for i in np.flatnonzero(np.diff(us) < -_REBOOT_US).tolist()
@@ -147,9 +160,8 @@ def _boot_track(tables: Tables, stated: Sequence[NDArray[np.int64] | None], main
     if place < start[0]:
         start, t = np.append(place, start), np.append(0.0, t)
     began = lowest / 1e6 + offset
-    for moment in began[1:].tolist():
-        text = "the vehicle started anew"
-        quality.append(QualityRecord("reboot", None, moment, moment, 1, text))
+    text = "the vehicle started anew"
+    quality = [QualityRecord("reboot", None, at, at, 1, text) for at in began[1:].tolist()]
     return Track(start, np.maximum.accumulate(t), boots, began, offset, tuple(quality))
 
 
@@ -206,25 +218,30 @@ def _first_said(tables: Tables, stated: Sequence[NDArray[np.int64] | None]) -> t
     return min(firsts)
 
 
-def _times(table: Table, us: NDArray[np.int64] | None, track: Track) -> Times:
-    if us is None:
-        t = track.at(table.start)
-        return Times(t, t, False)
-    stamp = t = us / 1e6 + track.offset[0]
+def _times(table: Table, us: NDArray[np.int64], track: Track, room: Floats) -> Times:
+    stamp = t = np.divide(us, 1e6, out=room[: us.size])
+    stamp += track.offset[0]
     if track.boots.size > 1:
         cuts = np.searchsorted(table.start, track.boots)
         t = us / 1e6 + np.repeat(track.offset, np.diff(cuts, append=us.size))
-    if us.min() < 0 or not _is_plain(t, track):
+    least = _least_step(t)
+    # nearly all ascend, but for jitter, and end where the track does
+    is_near = t[0] >= track.t[0] - _FAR_S and t[-1] <= track.t[-1] + _FAR_S
+    if t.size < 3 or least < -_SLACK_S or not is_near or us.min() < 0:
         sound = _is_sound(t, table, track) & (us >= 0)
         t = np.where(sound, t, track.at(table.start))
-    return Times(t, stamp, True)
+        return Times(t, stamp, True, _least_step(t) > 0, int((~sound).sum()))
+    return Times(t, stamp, True, least > 0)
 
 
-def _is_plain(t: Floats, track: Track) -> bool:
-    """Return whether the times ascend, but for jitter, and end where the track does: nearly all."""
-    if t.size < 3 or float(np.diff(t).min()) < -_SLACK_S:
-        return False
-    return bool(t[0] >= track.t[0] - _FAR_S and t[-1] <= track.t[-1] + _FAR_S)
+def _in_place(table: Table, track: Track) -> Times:
+    """Return the times of records that tell none."""
+    t = track.at(table.start)
+    return Times(t, t, False, _least_step(t) > 0)
+
+
+def _least_step(t: Floats) -> float:
+    return float(np.diff(t).min()) if t.size > 1 else np.inf
 
 
 def _is_sound(t: Floats, table: Table, track: Track) -> NDArray[np.bool_]:

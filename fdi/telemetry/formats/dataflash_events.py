@@ -46,10 +46,17 @@ class Timed:
 def log_texts(timed: Timed) -> list[Event]:
     """Return the texts, and the failsafes that they speak of."""
     events = []
-    for t, text in timed.lines("MSG", "Message"):
-        events.append(Event(t, "text", clean_text(text)))
-        if is_failsafe_text(text):
-            events.append(Event(t, "failsafe", clean_text(text)))
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        field = table.layout.field("Message")
+        if table.layout.name != "MSG" or field is None or not field.is_text:
+            continue
+        texts, which = table.source.codes(table, field)
+        shown = [(clean_text(text), is_failsafe_text(text)) for text in texts]
+        for t, i in zip(times.t.tolist(), which.tolist(), strict=True):
+            text, is_failsafe = shown[i]
+            events.append(Event(t, "text", text))
+            if is_failsafe:
+                events.append(Event(t, "failsafe", text))
     return sorted(events, key=lambda e: e.t)
 
 

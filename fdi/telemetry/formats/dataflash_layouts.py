@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cache, lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,22 +36,23 @@ CHARACTERS: Final = {
     **{"q": "<i8", "Q": "<u8", "f": "<f4", "d": "<f8", "g": "<f2", "c": "<i2", "C": "<u2"},
     **{"n": "S4", "N": "S16", "Z": "S64", "M": "u1", "L": "<i4", "e": "<i4", "E": "<u4"},
 }
+_WIDTHS: Final = {character: np.dtype(code).itemsize for character, code in CHARACTERS.items()}
 _LEGACY: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
 _NAME: Final = re.compile(r"[A-Z0-9]{1,4}")
 _LABEL: Final = re.compile(r"[^A-Za-z0-9_]")
+_PLAIN: Final = re.compile(r"[A-Za-z0-9_,]*")
 _ARRAY: Final = 32  # entries of the one array character
 _AGREE: Final = 0.8  # share of the file's definitions that a known version must have alike
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
+class Field(NamedTuple):
     """One field of a record (one entry of an array): place in it, header included, and type."""
 
     name: str
     offset: int
     dtype: str
     character: str
-    index: int  # of the format's character
+    place: int  # of the format's character
 
     @property
     def is_text(self) -> bool:
@@ -86,7 +87,9 @@ def layout(number: int, name: str, length: int, form: str, labels: str) -> Layou
         return None
     if any(c not in CHARACTERS for c in form):
         return None
-    names = [_LABEL.sub("_", label.strip()) for label in labels.split(",")]
+    names = labels.split(",")
+    if not _PLAIN.fullmatch(labels):
+        names = [_LABEL.sub("_", label.strip()) for label in names]
     fields: list[Field] = []
     taken: set[str] = set()
     offset = 3
@@ -96,7 +99,7 @@ def layout(number: int, name: str, length: int, form: str, labels: str) -> Layou
         while label in taken:
             label += "_"
         taken.add(label)
-        width = np.dtype(dtype).itemsize
+        width = _WIDTHS[character]
         for entry in range(_ARRAY) if character == "a" else (None,):
             full = label if entry is None else f"{label}[{entry}]"
             fields.append(Field(full, offset, dtype, character, i))
@@ -220,7 +223,7 @@ class Units:
 
     def characters(self, one: Layout, field: Field) -> tuple[str, str]:
         """Return unit and multiplier character of a field, "?" where nobody says."""
-        stated, i = self.of_type.get(one.number), field.index
+        stated, i = self.of_type.get(one.number), field.place
         if stated is not None and i < len(stated[0]):
             return stated[0][i], stated[1][i : i + 1] or "-"
         name = numbered(one.name)

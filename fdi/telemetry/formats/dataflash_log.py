@@ -75,7 +75,8 @@ def make_log(
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     events = [*texts, *log_events(timed, vehicle), *named]
-    span = min(float(x.t.min()) for x in times), max(float(x.t.max()) for x in times)
+    ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
+    span = float(np.min(ends)), float(np.max(ends))
     quality = [*(_told(f, track) for f in findings), *track.quality]
     if track.has_pause:
         quality += gap_records(own)
@@ -160,7 +161,9 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
             for field in one.fields
         }
         is_list = any(f.is_text for f in one.fields) or not times.is_own
-        t, kept = _ascending(times.t, every, is_list=is_list)
+        t, kept = times.t, every[: times.t.size]
+        if not times.is_ascending:
+            t, kept = _ascending(t, is_list=is_list)
         for array in (t, times.stamp, kept):
             array.flags.writeable = False
         message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
@@ -168,10 +171,8 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
     return made
 
 
-def _ascending(t: Floats, every: Ints, *, is_list: bool) -> tuple[Floats, Ints]:
+def _ascending(t: Floats, *, is_list: bool) -> tuple[Floats, Ints]:
     """Return t, strictly ascending, and the records that it belongs to."""
-    if t.size < 2 or float(np.diff(t).min()) > 0:
-        return t, every[: t.size]
     rows = np.argsort(t, kind="stable")
     t = t[rows]
     if is_list:  # parameters and texts of one moment are not one record: a microsecond apart

@@ -21,7 +21,7 @@ from fdi.telemetry.formats.compiled import compiled, dataflash_blocks
 from fdi.telemetry.formats.dataflash_layouts import Field, Layout
 from fdi.telemetry.formats.dataflash_records import SMALL, Bytes, Ints, Offsets, Records
 from fdi.telemetry.formats.gather import gather
-from fdi.telemetry.formats.texts import binary, coded, texts
+from fdi.telemetry.formats.texts import binary, coded
 
 _TYPES: Final = 256
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
@@ -89,6 +89,7 @@ class Blocks:
         self._is_small = data.size <= SMALL
         # by the identity of the array of starts, which is kept too
         self._kept: dict[int, tuple[Offsets, NDArray[np.void]]] = {}
+        self._codes: dict[tuple[int, str], tuple[NDArray[Any], Ints]] = {}
         # one piece of memory: many small ones cost twice the time to fill
         self._free = np.empty(data.size if self._is_small else 0, np.uint8)
         copy = compiled(dataflash_blocks, data.size)
@@ -100,7 +101,11 @@ class Blocks:
         values = self._values(table, field)
         if not field.is_text:
             return values
-        return binary(values) if (table.layout.name, field.name) == _BINARY else texts(values)
+        if (table.layout.name, field.name) == _BINARY:
+            return binary(values)
+        distinct, which = self.codes(table, field)
+        found: NDArray[Any] = distinct[which]
+        return found
 
     def pick(self, table: Table, field: Field) -> NDArray[Any]:
         """Return the same for numbers; in large logs without the other fields of the records."""
@@ -108,7 +113,13 @@ class Blocks:
 
     def codes(self, table: Table, field: Field) -> tuple[NDArray[Any], Ints]:
         """Return the distinct values of a text field, (k,), and which of them each is, (n,)."""
-        return coded(self._values(table, field))
+        key = id(table.start), field.name
+        if key not in self._codes:
+            made = coded(self._values(table, field))
+            if not self._is_small:
+                return made
+            self._codes[key] = made
+        return self._codes[key]
 
     def split(self, table: Table, field: Field) -> Iterator[Table]:
         """Yield a table for every instance, by the field that numbers them."""
@@ -154,7 +165,7 @@ class Blocks:
         return piece
 
     def _copy_all(self, records: Records, copy: Callable[..., None]) -> None:
-        lengths, free = np.zeros(_TYPES, np.int64), np.zeros(_TYPES, np.int64)
+        lengths, free = np.zeros((2, _TYPES), np.int64)
         pairs = list(zip(records.layouts, records.starts, strict=True))
         number_of = Counter(one.number for one in records.layouts)
         pairs = [(one, start) for one, start in pairs if number_of[one.number] == 1]

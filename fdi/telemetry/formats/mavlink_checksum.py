@@ -1,8 +1,9 @@
 """Is a MAVLink frame's checksum right?
 
 CRC-16/MCRF4XX (polynomial 0x8408 reflected, start 0xFFFF, no final xor) over everything from the
-length byte to the end of the payload and one CRC_EXTRA byte per message. With numpy all frames of
-one length at once, two bytes a step; the compiled walk takes eight bytes a step with `byte_tables`.
+length byte to the end of the payload and one CRC_EXTRA byte per message. With numpy two bytes a
+step, over thousands of frames at once and somewhat beyond their ends; the CRC at the end of each
+is picked from those of all steps. The compiled walk takes eight bytes a step with `byte_tables`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.uint16]
 
-_ROWS: Final = 1 << 14  # frames checked at once: the block stays in the cache
+_WIDTHS: Final = (32, 48, 64, 96, 272)  # bytes of a frame that are looked at: the longest has 266
+_BYTES: Final = 1 << 19  # of frames looked at together: they stay in the cache
 
 
 @cache
@@ -67,27 +69,35 @@ def checksum_is_right(
         Message numbers, all known.
     """
     right = np.zeros(at.size, np.bool_)
-    order = np.argsort(covered, kind="stable")
-    bounds = np.flatnonzero(np.diff(covered[order], prepend=-1, append=-1))
-    for low, high in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
-        count = int(covered[order[low]])
-        for first in range(low, high, _ROWS):
-            rows = order[first : min(first + _ROWS, high)]
-            extra = checks.extra[number[rows]].astype(np.uint16)
-            block = gather(data, at[rows], count + 2)
-            stored = block[:, count] | block[:, count + 1].astype(np.uint16) << 8
-            right[rows] = _remainder(block[:, :count], extra) == stored
+    least = -1
+    for width in _WIDTHS:
+        rows = np.flatnonzero((covered > least) & (covered <= width - 2))
+        least = width - 2
+        for low in range(0, rows.size, _BYTES // width):
+            some = rows[low : low + _BYTES // width]
+            extra = checks.extra[number[some]].astype(np.uint16)
+            right[some] = _is_right(gather(data, at[some], width), covered[some], extra)
     return right
 
 
-def _remainder(block: Bytes, extra: Words) -> Words:
-    """Return the CRC of every row of (m, count) bytes and one byte more."""
-    one, two = byte_tables()[0], _word_table()
-    crc = np.full(block.shape[0], 0xFFFF, np.uint16)
-    if block.shape[1] % 2:
-        crc = (crc >> 8) ^ one[(crc ^ block[:, 0]) & 0xFF]
-        block = block[:, 1:]
-    for word in np.ascontiguousarray(block.view("<u2").T):
-        crc = two.take(crc ^ word)
-    done: Words = (crc >> 8) ^ one[(crc ^ extra) & 0xFF]
-    return done
+def _is_right(rows: Bytes, covered: NDArray[np.int16], extra: Words) -> NDArray[np.bool_]:
+    """Return which rows of bytes are followed by their checksum; every one has room for it."""
+    count, width = rows.shape
+    words = np.ascontiguousarray(rows.view("<u2").T)
+    after = np.full(words.shape, 0xFFFF, np.uint16)  # row k: the CRC over k words of every frame
+    mixed, table = np.empty(count, np.uint16), _word_table()
+    for k in range(words.shape[0] - 1):
+        np.bitwise_xor(after[k], words[k], out=mixed)
+        table.take(mixed, out=after[k + 1], mode="clip")
+    here, flat = np.arange(count), rows.reshape(-1)
+    end = here * width + covered
+    crc = after.reshape(-1).take(covered // 2 * np.int64(count) + here)
+    crc = np.where(covered & 1, _step(crc, flat.take(end - 1)), crc)
+    stored = flat.take(end) | flat.take(end + 1).astype(np.uint16) << 8
+    is_right: NDArray[np.bool_] = _step(crc, extra) == stored
+    return is_right
+
+
+def _step(crc: Words, byte: Bytes | Words) -> Words:
+    after: Words = (crc >> 8) ^ byte_tables()[0].take((crc ^ byte) & 0xFF)
+    return after

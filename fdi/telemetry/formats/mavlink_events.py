@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,9 +47,13 @@ def clean_text(text: str) -> str:
 def log_events(own: Own, line: Timeline, autopilot: str, vehicle: str) -> list[Event]:
     """Return modes, arming, reboots, texts and failsafes in the order of time."""
     events = list(_heartbeats(own, line, autopilot, vehicle))
-    for t, severity, text in _texts(own, line):
+    said = list(_texts(own, line))
+    is_failsafe = {
+        text: is_failsafe_text(text) for text in dict.fromkeys(text for _, _, text in said)
+    }
+    for t, severity, text in said:
         events.append(Event(t, "text", text, severity))
-        if is_failsafe_text(text):
+        if is_failsafe[text]:
             events.append(Event(t, "failsafe", text, severity))
     for first in line.first[1:]:
         events.append(Event(float(line.created[first]), "reboot", "the vehicle started anew"))
@@ -98,8 +102,9 @@ def _texts(own: Own, line: Timeline) -> Iterator[tuple[float, int, str]]:
         else:
             joined.append((t, severity, text))
         open_id, next_part = (number, part + 1) if len(text) >= _CHUNK else (0, 0)
+    cleaned = {text: clean_text(text) for text in dict.fromkeys(text for _, _, text in joined)}
     for t, severity, text in joined:
-        yield t, severity, clean_text(text)
+        yield t, severity, cleaned[text]
 
 
 def parameters(
@@ -113,20 +118,33 @@ def parameters(
         values = sent.field("param_value").astype(np.float64)
     if autopilot == "px4":
         values = _bytewise(sent, values)
-    times = line.created[sent.rows]
-    first: dict[str, float] = {}
-    now: dict[str, float] = {}
-    changes, events = [], []
-    for t, name, value in zip(times.tolist(), sent.field("param_id"), values.tolist(), strict=True):
-        if not PARAMETER_NAME.fullmatch(name) or not np.isfinite(value):
-            continue
-        old = now.setdefault(name, value)
-        first.setdefault(name, value)
-        if value != old:
-            changes.append(ParameterChange(t, name, old, value))
-            events.append(Event(t, "parameter", name, None, value))
-            now[name] = value
-    return dict(sorted(first.items())), tuple(changes), events
+    # the records of every parameter together, in file order: then a change is a step to the next
+    names, name = _parameter_names(sent)
+    rows = np.flatnonzero((name >= 0) & np.isfinite(values))
+    rows = rows[np.argsort(name[rows], kind="stable")]
+    name, values, times = name[rows], values[rows], line.created[sent.rows[rows]]
+    is_first = np.diff(name, prepend=-1) != 0
+    first = {names[name[i]]: float(values[i]) for i in np.flatnonzero(is_first).tolist()}
+    again = np.flatnonzero((values[1:] != values[:-1]) & ~is_first[1:]) + 1
+    changes = tuple(
+        ParameterChange(float(times[i]), names[name[i]], float(values[i - 1]), float(values[i]))
+        for i in again[np.argsort(rows[again])].tolist()
+    )
+    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
+    return dict(sorted(first.items())), changes, events
+
+
+def _parameter_names(sent: Payloads) -> tuple[list[str], NDArray[Any]]:
+    """Return the names of parameters, and which one every record has, (m,); -1: none."""
+    texts, text = sent.texts("param_id")
+    number: dict[str, int] = {}
+    of_text = [
+        number.setdefault(name, len(number)) if PARAMETER_NAME.fullmatch(name) else -1
+        for name in texts
+    ]
+    # numpy sorts numbers of 16 bits by counting
+    kind = np.int16 if len(number) < 2**15 else np.int64
+    return list(number), np.array(of_text, kind)[text]
 
 
 def _bytewise(sent: Payloads, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -147,8 +165,8 @@ def firmware(own: Own, events: list[Event], maker: str | None) -> str | None:
 
     ``maker`` is the name to go with a bare version number.
     """
-    for event in events:
-        found = _FIRMWARE.search(event.text) if event.kind == "text" else None
+    for text in dict.fromkeys(event.text for event in events if event.kind == "text"):
+        found = _FIRMWARE.search(text)
         if found:
             return f"{found[1]} {found[2]}"
     version = own.get(_AUTOPILOT_VERSION)

@@ -20,7 +20,7 @@ that joins another one end to start, of a known message and with a right checksu
 overlapping ones the first in the file (a frame may carry frames in its payload: tunnels). In what
 bytes remain, lone candidates count too when checksum, length and stamp are right. So the walk
 resynchronises after any damage, and at the start of the file. Numpy looks at all candidates at
-once; the compiled walk (`compiled.walk_frames`) goes from frame to frame and finds the same.
+once; the compiled walk (`mavlink_kernels.walk_frames`) goes from frame to frame and finds the same.
 
 pymavlink loses intact frames where MAVLink 1 and 2 are mixed, and reads nothing from a file whose
 first bytes are not a record: as an oracle it needs these exceptions.
@@ -28,6 +28,7 @@ first bytes are not a record: as an oracle it needs these exceptions.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
@@ -35,16 +36,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import ID_LIMIT, FrameChecks
-from fdi.telemetry.formats.compiled import compiled, walk_frames
+from fdi.telemetry.formats.compiled import compiled
 from fdi.telemetry.formats.gather import gather
 from fdi.telemetry.formats.mavlink_checksum import byte_tables, checksum_is_right
+from fdi.telemetry.formats.mavlink_kernels import walk_frames
 
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Bytes = NDArray[np.uint8]
+_Gaps = tuple[Ints, Ints]
+_Walk = Callable[..., tuple[int, Ints]]
 
 _V2: Final = 0xFD
 _SCAN_BLOCK: Final = 1 << 22  # bytes searched for a magic at once: bounds the memory for masks
+_NEAR: Final = 4  # how many candidates on the next frame begins, but for rare ones
 _DAY_US: Final = 86_400_000_000
 
 
@@ -64,7 +69,6 @@ class Frames:
 
     data: Bytes
     start: Ints
-    payload: Ints
     length: NDArray[np.uint8]
     version: NDArray[np.uint8]
     number: NDArray[np.int32]
@@ -73,6 +77,11 @@ class Frames:
     component: NDArray[np.uint8]
     stamp_us: NDArray[np.uint64]
     damage: tuple[Damage, ...]
+
+    @property
+    def payload(self) -> Ints:
+        """Where the payloads begin, (n,)."""
+        return payload_offsets(self.start, self.version)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,15 +115,39 @@ def find_frames(data: Bytes, checks: FrameChecks) -> Frames:
     walk = compiled(walk_frames, data.size)
     if walk is None:
         others = _candidates(data, _magic_places(data))
-        start = _joined_frames(data, others, checks)
+        frames = _describe(data, _joined_frames(data, others, checks))
     else:
-        start, places = walk(data, checks.extra, checks.size, byte_tables())
+        frames, places = _walked(data, checks, walk)
         others = _candidates(data, places)
-    frames = _describe(data, start)
-    lone = _lone_frames(data, others, frames, checks)
+    gaps = _gaps(frames)
+    lone = _lone_frames(others, frames, gaps, checks)
     if lone.size:
-        frames = _describe(data, np.sort(np.concatenate((start, lone))))
-    return replace(frames, damage=_damage(frames, others, checks))
+        frames = _describe(data, np.sort(np.concatenate((frames.start, lone))))
+        gaps = _gaps(frames)
+    return replace(frames, damage=_damage(data.size, gaps, others, checks))
+
+
+def _walked(data: Bytes, checks: FrameChecks, walk: _Walk) -> tuple[Frames, Ints]:
+    """Return the joined frames, and where other candidates begin."""
+    room = data.size // 16 + 1  # memory that is not written is not used
+    start, number = np.empty(room, np.int64), np.empty(room, np.int32)
+    stamp = np.empty(room, np.uint64)
+    length, version, sequence, system, component = (np.empty(room, np.uint8) for _ in range(5))
+    arrays = (start, length, version, number, sequence, system, component, stamp)
+    count, others = walk(data, checks.extra, checks.size, byte_tables(), arrays)
+    frames = Frames(
+        data,
+        start[:count],
+        length[:count],
+        version[:count],
+        number[:count],
+        sequence[:count],
+        system[:count],
+        component[:count],
+        stamp[:count],
+        (),
+    )
+    return frames, others
 
 
 def _magic_places(data: Bytes) -> Ints:
@@ -128,12 +161,14 @@ def _magic_places(data: Bytes) -> Ints:
 
 def _candidates(data: Bytes, start: Ints) -> _Candidates:
     """Return what the headers at these places say, where they can be read."""
+    is_v2 = data.take(start + 8) == _V2
+    readable = ~is_v2 | (data.take(np.minimum(start + 10, data.size - 1)) & 0xFE == 0)
+    cut = np.searchsorted(start, data.size - 20, side="right")
+    readable[cut:] &= ~is_v2[cut:]
+    if not readable.all():
+        start = start[readable]
     head = gather(data, start + 8, 10)
     is_v2 = head[:, 0] == _V2
-    is_cut = start + 20 > data.size
-    readable = ~is_v2 | ~(is_cut | (head[:, 2] & 0xFE != 0))
-    if not readable.all():
-        start, head, is_v2 = start[readable], head[readable], is_v2[readable]
     length, number = head[:, 1].copy(), _numbers(head, is_v2)
     end = start + length
     end += np.where(is_v2, np.uint8(20) + np.uint8(13) * head[:, 2], np.uint8(16))
@@ -152,19 +187,29 @@ def _numbers(head: Bytes, is_v2: Mask) -> NDArray[np.int32]:
 
 def _joined_frames(data: Bytes, every: _Candidates, checks: FrameChecks) -> Ints:
     """Return where frames begin that join other candidates."""
-    place = np.minimum(every.number, ID_LIMIT)
+    limit = np.where(checks.extra >= 0, checks.size, np.int16(-1))
+    limit = limit.take(every.number, mode="clip")
     # Only MAVLink 2 can be longer than we know it: newer definitions append extension fields.
-    plausible = (checks.extra[place] >= 0) & (every.end <= data.size)
-    plausible &= every.is_v2 | (every.length <= checks.size[place])
-    marks = np.zeros(data.size + 1, np.uint8)
-    marks[every.start] = 1
-    end = np.minimum(every.end, data.size)
-    joined = marks[end] == 1
-    marks[end[plausible]] = 2
-    joined |= marks[every.start] == 2
-    rows = np.flatnonzero(joined & plausible)
+    plausible = (every.end <= data.size) & (limit >= np.where(every.is_v2, 0, every.length))
+    rows = np.flatnonzero(plausible & _joins(every, plausible))
     rows = rows[_checksums(data, every, rows, checks)]
     return every.start[rows[_disjoint(every.start[rows], every.end[rows])]]
+
+
+def _joins(every: _Candidates, plausible: Mask) -> Mask:
+    """Return which candidates end where another one begins, or begin where a plausible one ends."""
+    start, end, count = every.start, every.end, every.start.size
+    joins, found = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    for step in range(1, min(_NEAR, count)):
+        here = end[:-step] == start[step:]
+        found[:-step] |= here
+        joins[step:] |= here & plausible[:-step]
+    joins |= found
+    rows = np.flatnonzero(plausible & ~found)
+    place = np.minimum(np.searchsorted(start, end[rows]), count - 1)
+    far = start[place] == end[rows]
+    joins[rows[far]] = joins[place[far]] = True
+    return joins
 
 
 def _checksums(data: Bytes, frames: _Candidates, rows: Ints, checks: FrameChecks) -> Mask:
@@ -177,6 +222,8 @@ def _disjoint(start: Ints, end: Ints) -> Ints:
     """Return the rows of frames that do not overlap; where they do, the first in the file wins."""
     if not start.size:
         return np.empty(0, np.int64)
+    if (start[1:] >= end[:-1]).all():
+        return np.arange(start.size)
     clash = start[1:] < np.maximum.accumulate(end)[:-1]
     keep = np.ones(start.size, np.bool_)
     edges = np.flatnonzero(np.diff(clash, prepend=False, append=False))
@@ -189,9 +236,9 @@ def _disjoint(start: Ints, end: Ints) -> Ints:
     return np.flatnonzero(keep)
 
 
-def _lone_frames(data: Bytes, others: _Candidates, good: Frames, checks: FrameChecks) -> Ints:
+def _lone_frames(others: _Candidates, good: Frames, gaps: _Gaps, checks: FrameChecks) -> Ints:
     """Return where frames begin that join no other, in the bytes that remain."""
-    free = _between(good, others)
+    data, free = good.data, _inside(gaps, others)
     place = np.minimum(others.number[free], ID_LIMIT)
     plausible = (checks.extra[place] >= 0) & (others.end[free] <= data.size)
     free = free[plausible & (others.length[free] <= checks.size[place])]
@@ -200,9 +247,9 @@ def _lone_frames(data: Bytes, others: _Candidates, good: Frames, checks: FrameCh
     return lone.start[_disjoint(lone.start, lone.end)]
 
 
-def _between(good: Frames, others: _Candidates) -> Ints:
+def _inside(gaps: _Gaps, others: _Candidates) -> Ints:
     """Return the rows of candidates that touch no good frame."""
-    low, high = _gaps(good)
+    low, high = gaps
     first = np.searchsorted(others.start, low)
     count = np.searchsorted(others.start, high) - first
     rows = np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
@@ -210,12 +257,16 @@ def _between(good: Frames, others: _Candidates) -> Ints:
     return free
 
 
-def _gaps(good: Frames) -> tuple[Ints, Ints]:
+def _gaps(good: Frames) -> _Gaps:
     """Return where the byte ranges between good frames begin and end."""
-    low = np.concatenate(([0], _ends(good)))
-    high = np.concatenate((good.start, [good.data.size]))
-    rows = np.flatnonzero(high > low)
-    return low[rows], high[rows]
+    start = np.append(good.start, good.data.size)
+    end = good.payload + good.length
+    end += 2
+    rows = np.flatnonzero(end != start[1:])
+    is_signed = (good.version[rows] == 2) & (good.data[good.start[rows] + 10] & 1 == 1)
+    low = np.concatenate(([0], end[rows] + 13 * is_signed))
+    high = np.concatenate((start[:1], start[rows + 1]))
+    return low[high > low], high[high > low]
 
 
 def _has_plausible_stamp(data: Bytes, lone: _Candidates, good: Frames) -> Mask:
@@ -232,14 +283,13 @@ def _stamps(eight: Bytes) -> NDArray[np.uint64]:
     return np.ascontiguousarray(eight).view(">u8").reshape(-1).astype(np.uint64)
 
 
-def _damage(good: Frames, every: _Candidates, checks: FrameChecks) -> tuple[Damage, ...]:
+def _damage(size: int, gaps: _Gaps, every: _Candidates, checks: FrameChecks) -> tuple[Damage, ...]:
     """Return what lies between good frames: records of unknown kind or wrong checksum, or bytes.
 
     A record is skipped by its length only where no good frame starts inside: the gaps guarantee it.
     """
-    size = good.data.size
     found: list[Damage] = []
-    for at, stop in zip(*(edge.tolist() for edge in _gaps(good)), strict=True):
+    for at, stop in zip(*(edge.tolist() for edge in gaps), strict=True):
         while at < stop:
             place = int(np.searchsorted(every.start, at))
             is_here = place < every.start.size and every.start[place] == at
@@ -262,20 +312,17 @@ def _describe(data: Bytes, start: Ints) -> Frames:
     head = gather(data, start, 18)
     is_v2 = head[:, 8] == _V2
     if is_v2.all() or not is_v2.any():
-        shift = 2 if is_v2.any() else 0
-        sequence, system, component = (head[:, 10 + shift + k].copy() for k in range(3))
-        payload = start + (14 + 2 * shift)
+        first = 12 if is_v2.any() else 10
+        sequence, system, component = (head[:, first + k].copy() for k in range(3))
     else:
         sequence, system, component = (
             np.where(is_v2, head[:, 12 + k], head[:, 10 + k]) for k in range(3)
         )
-        payload = start + np.where(is_v2, np.uint8(18), np.uint8(14))
     return Frames(
         data,
         start,
-        payload,
         head[:, 9].copy(),
-        np.where(is_v2, np.uint8(2), np.uint8(1)),
+        is_v2 + np.uint8(1),
         _numbers(head[:, 8:], is_v2),
         sequence,
         system,
@@ -285,8 +332,6 @@ def _describe(data: Bytes, start: Ints) -> Frames:
     )
 
 
-def _ends(frames: Frames) -> Ints:
-    """Return where the records end."""
-    end = frames.payload + frames.length + 2
-    is_signed = (frames.version == 2) & (frames.data[frames.start + 10] & 1 == 1)
-    return end + 13 * is_signed if is_signed.any() else end
+def payload_offsets(start: Ints, version: Bytes) -> Ints:
+    """Return where the payloads begin: 14 bytes into a record of MAVLink 1, 18 of 2."""
+    return start + (version * np.uint8(4) + np.uint8(10))

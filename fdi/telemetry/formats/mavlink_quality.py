@@ -18,8 +18,7 @@ from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
 
 _SINGLE: Final = 20  # more findings of one kind are told as one
-_GAP_S: Final = 2.0
-_SAMPLE: Final = 1000  # steps that tell the period of a message
+GAP_S: Final = 2.0
 _GAP_PERIODS: Final = 3.0
 _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
 _SEQUENCE_STEP: Final = 64  # a longer step in the sequence is a second link or a restart
@@ -76,11 +75,10 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         if len(message) < 5:
             continue
         step = np.diff(message.t)
-        period = float(np.median(step[:: step.size // _SAMPLE + 1]))
-        if period > _GAP_S:
+        limit = _longest_step(step)
+        if limit is None:
             continue
         regular += 1
-        limit = max(_GAP_S, _GAP_PERIODS * period)
         for row in np.flatnonzero(step > limit):
             gaps.append((float(message.t[row]), float(message.t[row + 1])))
     if not gaps:
@@ -105,22 +103,29 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
 
 
+def _longest_step(step: NDArray[np.float64]) -> float | None:
+    """Return the longest step (s) of a regular message that is no gap, None if it is irregular."""
+    quick = GAP_S / _GAP_PERIODS
+    if 2 * np.count_nonzero(step <= quick) > step.size + 1:
+        return GAP_S  # the median is below, too: no need to look for it
+    period = float(np.median(step))
+    return max(GAP_S, _GAP_PERIODS * period) if period <= GAP_S else None
+
+
 def lost_frames(sequence: NDArray[np.uint8]) -> int:
     """Return how many frames are missing in a sequence that counts modulo 256."""
-    step = np.mod(np.diff(sequence.astype(np.int16)), 256)
-    return int((step[(step > 1) & (step < _SEQUENCE_STEP)] - 1).sum())
+    step = sequence[1:] - sequence[:-1]
+    gaps = step[(step > 1) & (step < _SEQUENCE_STEP)]
+    return int((gaps - 1).sum())
 
 
-def link_records(
-    frames: Frames, is_own: NDArray[np.bool_], line: Timeline
-) -> Iterator[QualityRecord]:
+def link_records(sequence: NDArray[np.uint8], span: tuple[float, float]) -> Iterator[QualityRecord]:
     """Yield the share of the vehicle's frames that never arrived, where it is worth telling."""
-    lost = lost_frames(frames.sequence[is_own])
-    sent = lost + int(is_own.sum())
+    lost = lost_frames(sequence)
+    sent = lost + sequence.size
     if lost > _WORTH_TELLING * sent:
-        at = line.created[is_own]
         text = f"{lost} of {sent} messages ({lost / sent:.1%}) did not arrive, by their numbers"
-        yield QualityRecord("gap", None, float(at.min()), float(at.max()), lost, text)
+        yield QualityRecord("gap", None, *span, lost, text)
 
 
 def duplicate_record(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:

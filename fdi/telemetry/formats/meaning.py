@@ -15,12 +15,14 @@ its own, so whoever looks at all of them (`Log.channels`) must not make them sta
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, partial, reduce
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table
 from fdi.telemetry.formats.meaning_sources import (
@@ -36,6 +38,7 @@ from fdi.telemetry.message import Column, Floats, Message
 from fdi.units import Conversion, si
 
 _GAP_S: Final = 1.0  # as when a model's grid is filled: max(1 s, 3 periods)
+_LATEST: Final = 4  # pairs of messages: those of a message's fields take turns
 _GAP_PERIODS: Final = 3.0
 _INSTANCES: Final = 9  # of one message, at most (ESCs, estimators of PX4)
 _ELEMENTS: Final = 4  # of a quaternion
@@ -71,12 +74,28 @@ class _Row:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class _Between:
+    """Where the times of a message lie between those of another: (n,) each.
+
+    ``right``: the later neighbour; ``weight``: how far from the earlier one to it, 0 to 1;
+    ``inside``: there are two, no gap apart.
+    """
+
+    right: NDArray[np.int64]
+    weight: Floats
+    inside: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Found:
     """A source in a log: the messages that it reads by key, and whose records it has."""
 
     source: Source
     home: Message
     messages: Messages
+    latest: dict[
+        tuple[str, str], _Between
+    ]  # shared by all of a log: fields come message by message
 
 
 def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]:
@@ -98,6 +117,7 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
     groups: Mapping[str, list[str]] = data_table(table)["groups"]
     made = _numbered(own, data_table(table)["instances"])
     known = {**made, **own}
+    latest: dict[tuple[str, str], _Between] = {}
     for row in _rows(table):
         for_it = (name for name, group in row.base if group is None or vehicle in groups[group])
         base = next((known[name] for name in for_it if name in known), None)
@@ -106,7 +126,7 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
         columns = {}
         for field in row.fields:
             fitting = (s for s in field.sources if s.group is None or vehicle in groups[s.group])
-            found = (_find(s, known, base, field.conversion.unit) for s in fitting)
+            found = (_find(s, known, base, field.conversion.unit, latest) for s in fitting)
             first = next((f for f in found if f is not None), None)
             if first is not None:
                 load = partial(_sent, first, base, field.conversion)
@@ -185,7 +205,13 @@ def _followed(load: Callable[[], Floats], value: float | None, count: int) -> Fl
     return np.concatenate((load(), np.full(count, np.nan if value is None else value)))
 
 
-def _find(wanted: Source, known: Messages, base: Message, unit: str) -> _Found | None:
+def _find(
+    wanted: Source,
+    known: Messages,
+    base: Message,
+    unit: str,
+    latest: dict[tuple[str, str], _Between],
+) -> _Found | None:
     """Return the source in this log, None where the log lacks a part or the unit does not fit."""
     messages: dict[str, Message] = {}
     for term in wanted.terms:
@@ -201,7 +227,7 @@ def _find(wanted: Source, known: Messages, base: Message, unit: str) -> _Found |
     conditions = tuple(c for c in wanted.conditions if _is_there(c.read, known))
     messages |= {c.read.key: known[c.read.key] for c in conditions}
     home = next((messages[read.key] for read in wanted.reads), base)
-    return _Found(replace(wanted, conditions=conditions), home, messages)
+    return _Found(replace(wanted, conditions=conditions), home, messages, latest)
 
 
 def _is_there(read: Read, known: Messages) -> bool:
@@ -246,22 +272,30 @@ def _unit(term: Term, messages: Messages, stated: str | None) -> str | None:
 
 def _sent(found: _Found, base: Message, conversion: Conversion) -> Floats:
     """Return what MAVLink would send, unrounded, at the records of the base."""
-    values = _onto(base, found.home, _total(found), conversion.unit)
+    values = _onto(base, found.home, _total(found), conversion.unit, found.latest)
     with np.errstate(over="ignore"):  # damaged values may be of any size
-        sent: Floats = (values - conversion.offset) / conversion.scale
+        if conversion.offset:
+            values = values - conversion.offset
+        sent: Floats = values / conversion.scale
     return sent
 
 
 def _total(found: _Found) -> Floats:
     """Return a source's value in SI at the records of its home."""
-    total = np.zeros(found.home.stamp.size)
     with np.errstate(invalid="ignore", over="ignore"):
-        for term in found.source.terms:
-            total += term.factor * _term(term, found)
+        terms = (_scaled(term.factor, _term(term, found)) for term in found.source.terms)
+        total = reduce(operator.add, terms)
+        made = np.broadcast_to(total, found.home.stamp.shape)
+        if found.source.conditions:
+            made = made.copy()
         for condition in found.source.conditions:
             holds = condition.compare(_read(condition.read, found), condition.number)
-            total[~holds] = np.nan
-    return total
+            made[~holds] = np.nan
+    return made
+
+
+def _scaled(factor: float, values: Floats | float) -> Floats | float:
+    return values if factor == 1.0 else factor * values
 
 
 def _term(term: Term, found: _Found) -> Floats | float:
@@ -295,10 +329,16 @@ def _one(message: Message, field: str, found: _Found) -> Floats:
     if unit in _SILENT:
         unit, scale, offset = si(found.source.unit or "")
         values = values * scale + offset
-    return _onto(found.home, message, values, unit)
+    return _onto(found.home, message, values, unit, found.latest)
 
 
-def _onto(base: Message, message: Message, values: Floats, unit: str) -> Floats:
+def _onto(
+    base: Message,
+    message: Message,
+    values: Floats,
+    unit: str,
+    latest: dict[tuple[str, str], _Between],
+) -> Floats:
     """Return values (one per record of a message) at the records of another.
 
     Between two known values that are no gap apart: on the line, angles on the circle, whole numbers
@@ -307,23 +347,43 @@ def _onto(base: Message, message: Message, values: Floats, unit: str) -> Floats:
     if message.t is base.t:
         return values
     made = np.full(base.stamp.size, np.nan)
-    at, values = base.t, values[message.kept]
+    t, values = message.t, values[message.kept]
     known = np.isfinite(values)
-    t, values = message.t[known], values[known]
-    if t.size < 2 or not at.size:
+    is_whole = bool(known.all())
+    if not is_whole:
+        t, values = t[known], values[known]
+    if t.size < 2 or not base.t.size:
         return made
-    right = np.clip(np.searchsorted(t, at, side="right"), 1, t.size - 1)
-    step = t[right] - t[right - 1]
-    inside = (at >= t[0]) & (at <= t[-1])
-    inside &= step <= max(_GAP_S, _GAP_PERIODS * float(np.median(np.diff(t))))
-    weight = (at - t[right - 1]) / step
-    rise = values[right] - values[right - 1]
+    if is_whole and np.array_equal(t, base.t):  # written together
+        made[base.kept] = values
+        return made
+    pair = base.key, message.key
+    place = latest.get(pair) if is_whole else None
+    if place is None:
+        place = _between(base.t, t)
+        if is_whole:
+            latest[pair] = place
+            for old in list(latest)[:-_LATEST]:
+                del latest[old]
+    weight = place.weight
+    before = values[place.right - 1]
+    rise = values[place.right] - before
     if unit == "rad":
         rise = wrap(rise)
     elif not unit and np.array_equal(values, np.rint(values)):
         weight = np.floor(weight)
-    between = values[right - 1] + weight * rise
+    rise *= weight
+    rise += before
     if unit == "rad":  # counted from -pi or from 0, as the records are
-        between = wrap(between) if np.any(values < 0) else between % (2 * np.pi)
-    made[base.kept] = np.where(inside, between, np.nan)
+        rise = wrap(rise) if np.any(values < 0) else rise % (2 * np.pi)
+    made[base.kept] = np.where(place.inside, rise, np.nan)
     return made
+
+
+def _between(at: Floats, t: Floats) -> _Between:
+    right = np.clip(np.searchsorted(t, at, side="right"), 1, t.size - 1)
+    before = t[right - 1]
+    step = t[right] - before
+    inside = (at >= t[0]) & (at <= t[-1])
+    inside &= step <= max(_GAP_S, _GAP_PERIODS * float(np.median(np.diff(t))))
+    return _Between(right, (at - before) / step, inside)

@@ -34,12 +34,13 @@ def distinct(rows: Bytes) -> tuple[Ints, Ints]:
     bits = max(_SLOTS * n, 2).bit_length()
     table = np.empty(1 << bits, np.int32 if n < 1 << 31 else np.int64)
     for factor in _FACTORS:
-        slot = _hash(words[:, left], np.uint64(factor)) >> np.uint64(64 - bits)
+        keys = words if left.size == n else words[:, left]
+        slot = _hash(keys, np.uint64(factor)) >> np.uint64(64 - bits)
         table[slot[::-1]] = left[::-1]
         of_slot = table[slot]
         is_other = np.zeros(left.size, np.bool_)
-        for word in words:
-            is_other |= word[of_slot] != word[left]
+        for word, key in zip(words, keys, strict=True):
+            is_other |= word[of_slot] != key
         first[left] = of_slot
         left = left[is_other]
         if not left.size:

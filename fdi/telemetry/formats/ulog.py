@@ -111,7 +111,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         *dropout_records(records, known),
         *known.quality,
         *repair_records(list(zip(stamped, times, strict=True))),
-        *gap_records(own),
+        *(gap_records(own) if known.has_pause else ()),
         *duplicate_record(own),
     ]
     number = system_of(own, values)

@@ -5,8 +5,8 @@ asked for.
 
 All fields of a record lie in one or two cache lines, and fetching these is what costs time: so all
 columns of a topic are made together, and those that were used last are kept for the next field.
-Machine code makes those of all topics in one go, if they are few enough to be kept. Topics too
-large for that (in logs of gigabytes) are read field by field.
+Machine code then makes those of all topics in one go, if they are few enough to be kept, once some
+of them were asked for. Topics too large to be kept (in logs of gigabytes) are read field by field.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ Ints = NDArray[np.int64]
 Columns = Mapping[str, NDArray[Any]]
 
 _KEPT_BYTES: Final = 64 << 20  # of columns, beside those that the log itself keeps
+_SEVERAL: Final = 8  # who asked for an eighth of a log wants all of it
 _WIDTHS: Final = (1, 2, 4, 8)
 
 
@@ -63,14 +64,23 @@ class Store:
         return texts(values) if wanted.is_text else values
 
     def decode(self, topic: int) -> None:
-        """Make the columns of a topic; of the others, too, where that costs less."""
+        """Make the columns of a topic, and of all others once it seems that all are wanted."""
         fill = compiled(fill_columns, self.data.size)
-        if fill is not None and sum(one.size for one in self.topics) <= _KEPT_BYTES:
-            self.kept.update(enumerate(_filled(fill, self.data, self.topics)))
-            return
-        self.kept[topic] = _by_record(self.data, self.topics[topic])
-        while sum(self.topics[one].size for one in self.kept) > _KEPT_BYTES:
+        if fill is None:
+            self.kept[topic] = _by_record(self.data, self.topics[topic])
+        else:
+            wanted = [topic]
+            made, total = (sum(one.size for one in some) for some in (self.done(), self.topics))
+            if made * _SEVERAL > total and total <= _KEPT_BYTES:
+                wanted = [one for one in range(len(self.topics)) if one not in self.kept]
+            columns = _filled(fill, self.data, [self.topics[one] for one in wanted])
+            self.kept.update(zip(wanted, columns, strict=True))
+        while sum(one.size for one in self.done()) > _KEPT_BYTES:
             del self.kept[next(iter(self.kept))]
+
+    def done(self) -> list[Places]:
+        """Return the topics whose columns are kept."""
+        return [self.topics[one] for one in self.kept]
 
 
 def _by_record(data: Bytes, topic: Places) -> Columns:

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.formats.compiled import compiled, sort_messages
 from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, resolve
-from fdi.telemetry.formats.ulog_walk import Other, Run, Walk, joined, words
+from fdi.telemetry.formats.ulog_walk import Other, Run, Walk, joined
 
 Ints = NDArray[np.int64]
 Stamps = NDArray[np.uint64]
 
 _IDS: Final = 1 << 16
+_HEADER: Final = 5  # bytes before the fields
 _EVIDENCE: Final = 3  # data messages that must ascend before their topic is guessed
 _LARGEST_US: Final = 2**45  # a year since boot
 
@@ -79,7 +80,11 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
         walk.part(start, limit)
     rows, left = _grouped(joined(walk.found), walk.subscriptions, data.size)
     guessed, left = _guessed(walk, left)
-    opaque = [(at - 5, walk.end(at - 5), one) for one, places in left for at in places.tolist()]
+    opaque = [
+        (at - _HEADER, walk.end(at - _HEADER), one)
+        for one, places in left
+        for at in places.tolist()
+    ]
     return Records(
         (*rows, *guessed),
         tuple(walk.others),
@@ -102,7 +107,7 @@ def _grouped(
     rows, opaque = [], []
     for one in np.flatnonzero(np.diff(bounds)).tolist():
         here = slice(bounds[one], bounds[one + 1])
-        at, stamp = starts[here] + 5, stamps[here]
+        at, stamp = starts[here], stamps[here]
         asked = of_number.get(one, [])
         split = np.searchsorted(at, [pair[0].since for pair in asked]).tolist()
         if split[:1] != [0]:  # before its first subscription, or without any
@@ -117,15 +122,15 @@ def _grouped(
 
 
 def _sorted(run: Run, size: int) -> tuple[Ints, Ints, Stamps]:
-    """Return where the messages of each id begin, and first bytes and stamps in that order."""
+    """Return where the messages of each id begin; their fields' first bytes and stamps by id."""
     sort = compiled(sort_messages, size)
     if sort is not None:
         places = np.zeros(_IDS + 1, np.int64), np.empty_like(run.at), np.empty_like(run.stamp)
-        sort(run.number, run.at, run.stamp, places)
+        sort(run.number, run.at, run.stamp, _HEADER, places)
         return places
     order = np.argsort(run.number, kind="stable")
     bounds = np.append(0, np.cumsum(np.bincount(run.number, minlength=_IDS)))
-    return bounds, run.at[order], run.stamp[order]
+    return bounds, run.at[order] + _HEADER, run.stamp[order]
 
 
 def _guessed(
@@ -152,10 +157,10 @@ def _guessed(
 
 def _stamps(walk: Walk, layout: Layout, at: Ints) -> Stamps | None:
     """Return the stamps of data if they can be of a layout: sizes fit, and stamps ascend."""
-    size = walk.word[at - 5] - 2
+    size = walk.word[at - _HEADER] - 2
     fits = layout.size <= size.min() and size.max() <= layout.full
     if layout.stamp is None or at.size < _EVIDENCE or not fits:
         return None
-    stamp: Stamps = words(walk.data, "<u8")[at + layout.stamp.offset]
+    stamp: Stamps = walk.long[at + layout.stamp.offset]
     ascends = bool(np.all(stamp[1:] > stamp[:-1])) and stamp[-1] < _LARGEST_US
     return stamp if ascends else None

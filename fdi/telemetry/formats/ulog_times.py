@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.clock import Clock, timeline
+from fdi.telemetry.formats.mavlink_quality import GAP_S
 from fdi.telemetry.message import Floats
 from fdi.telemetry.quality import QualityRecord
 
@@ -54,6 +55,11 @@ class Reference:
     first: Floats
     offset: Floats
     quality: tuple[QualityRecord, ...]
+
+    @property
+    def has_pause(self) -> bool:
+        """Whether the topic that gives the time was silent for as long as a gap lasts."""
+        return bool(np.any(np.diff(self.t) > GAP_S))
 
     def expected(self, at: Ints | Floats) -> Floats:
         """Return the time that a place in the file suggests, (n,)."""

@@ -149,6 +149,7 @@ class Walk:
     data: Bytes
     view: memoryview
     word: NDArray[np.uint16]
+    long: NDArray[np.uint64]
     room: _Room | None
     limit: int = 0
     formats: dict[str, Format] = field(default_factory=dict)
@@ -160,7 +161,6 @@ class Walk:
     low: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, _NEVER, np.int32))
     high: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, -1, np.int32))
     stamp_at: NDArray[np.int32] = field(default_factory=lambda: np.zeros(1 << 16, np.int32))
-    widest: int = 0
     window: _Window | None = None
     width: int = _WINDOW.start
     found: list[Run] = field(default_factory=list)
@@ -174,7 +174,7 @@ class Walk:
         """Return a walk that has not begun."""
         kernel = compiled(walk_messages, data.size)
         room = None if kernel is None else _Room(kernel, no_messages(_ROOM))
-        return cls(data, data.data, words(data, "<u2"), room)
+        return cls(data, data.data, words(data, "<u2"), words(data, "<u8"), room)
 
     def part(self, at: int, limit: int) -> None:
         """Read from a byte to the limit."""
@@ -282,7 +282,6 @@ class Walk:
 
     def follow_compiled(self, room: _Room, at: int) -> tuple[Run, int]:
         """Return the same, by machine code."""
-        long = words(self.data, "<u8")
         tables = self.low, self.high, self.stamp_at
         parts = []
         while True:
@@ -290,7 +289,7 @@ class Walk:
                 room.found, room.used = no_messages(_ROOM), 0
             free = room.found.part(room.used, _ROOM)
             part = at, self.limit
-            count, at = room.kernel(self.data, self.word, long, part, tables, tuple(free))
+            count, at = room.kernel(self.data, self.word, self.long, part, tables, tuple(free))
             parts.append(free.part(0, count))
             room.used += count
             if room.used < _ROOM:
@@ -307,18 +306,17 @@ class Walk:
     def data_headers(self, low: int, high: int) -> tuple[Run, Ints]:
         """Return the headers of data messages that fit their ids, and where they end."""
         stop = max(min(high, self.limit - 4), low)
-        is_data = self.data[low + 2 : stop + 2] == _DATA
-        is_data &= self.data[low + 1 : stop + 1] <= self.widest >> 8
-        at = np.flatnonzero(is_data) + low
-        size, number = self.word[at], self.word[at + 3]
+        at = np.flatnonzero(self.data[low + 2 : stop + 2] == _DATA) + low
+        header = self.long[at - 3]  # the bytes that end with the id: one look instead of two
+        size = (header >> np.uint64(24)).astype(np.uint16)
+        number = (header >> np.uint64(48)).astype(np.uint16)
         end = at + (size + np.int64(3))
         good = (size >= self.low[number]) & (size <= self.high[number]) & (end <= self.limit)
-        if not good.all():
-            at, number, end = at[good], number[good], end[good]
-        if not at.size:
-            return joined([]), end
-        place = np.minimum(at + self.stamp_at[number], self.data.size - 8)
-        return Run(at, number, words(self.data, "<u8")[place]), end
+        at, number, end = at[good], number[good], end[good]
+        place = at + self.stamp_at[number]
+        if place.size and place.max() > self.long.size - 1:
+            place = np.minimum(place, self.long.size - 1)
+        return Run(at, number, self.long[place]), end
 
     def search(self, low: int, high: int) -> int | None:
         """Return the first byte from low to high where a message begins that another follows."""
@@ -367,5 +365,4 @@ class Walk:
         """Let data messages of an id have a size, and a stamp at that byte of theirs."""
         self.sizes[number] = low, high
         self.low[number], self.high[number], self.stamp_at[number] = low, high, stamp_at
-        self.widest = max(self.widest, high)
         self.window, self.width = None, _WINDOW.start

@@ -1,0 +1,205 @@
+"""Many logs become one table: whatever happens to a log, to a worker or to the run."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+import fdi.batch
+from fdi.batch import batch, fingerprint
+from fdi.errors import LogError, OutputError, UsageError
+from fdi.fleet import Job, lost
+from fdi.telemetry.search import find_logs
+
+FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
+EXAMPLES = Path("examples/crash_logs").absolute()
+TIMED = ("seconds", "timings_s")  # what differs from run to run
+
+
+def untimed(found):
+    return [{k: v for k, v in row.items() if k not in TIMED} for row in found]
+
+
+@pytest.fixture
+def logs(tmp_path):
+    """Two logs that take a while, one that is none, one that is missing."""
+    folder = tmp_path / "logs"
+    (folder / "inner").mkdir(parents=True)
+    shutil.copy(EXAMPLES / "copter_motor_failure_crash.tlog", folder / "a.tlog")
+    shutil.copy(EXAMPLES / "plane_engine_failure_stall.tlog", folder / "inner" / "without_suffix")
+    (folder / "b.bin").write_bytes(b"no log at all")
+    (folder / "notes.txt").write_text("no log, and not called like one")
+    (folder / ".hidden.tlog").write_bytes(b"")
+    return folder
+
+
+def test_every_log_is_a_row_and_the_table_reads_like_the_rows(logs, tmp_path):
+    jobs = [Job(path) for path in (*find_logs([str(logs)]), str(tmp_path / "none.ulg"))]
+    out = tmp_path / "fleet.parquet"
+    found = batch(jobs, out, workers=2)
+    assert [row["accused"] for row in found] == [["motor_1"], [], ["engine"], []]
+    assert [row["error_kind"] for row in found] == [None, "LogError", None, "LogError"]
+    told = pq.read_table(out).to_pylist()
+    assert [{**row, "timings_s": dict(row["timings_s"])} for row in told] == found
+    assert [entry.name for entry in tmp_path.iterdir() if "fleet" in entry.name] == [out.name]
+
+
+def test_a_cluster_gives_the_same_rows(logs, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    jobs = [Job(path) for path in find_logs([str(logs)])]
+    here = batch(jobs, tmp_path / "here.parquet")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None
+    ) as cluster:
+        there = batch(jobs, tmp_path / "there.parquet", cluster=cluster.scheduler_address)
+    assert untimed(there) == untimed(here)
+
+
+def fake_rows(jobs, **_):
+    """Instead of analyses, which take long: each is one row without content."""
+    for number, job in enumerate(jobs):
+        yield number, {**lost(job, ""), "error": None, "error_kind": None}
+
+
+@pytest.fixture
+def analysed(monkeypatch):
+    """Paths that were analysed, in order."""
+    seen = []
+
+    def rows(jobs, **options):
+        for number, row in fake_rows(jobs, **options):
+            seen.append(Path(row["path"]).name)
+            yield number, row
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+    return seen
+
+
+@pytest.fixture
+def four(tmp_path):
+    paths = [tmp_path / f"{name}.tlog" for name in "abcd"]
+    for path in paths:
+        path.write_bytes(b"content")
+    return [Job(str(path)) for path in paths]
+
+
+def stopped_after(count):
+    def rows(jobs, **options):
+        for number, row in fake_rows(jobs, **options):
+            if number == count:
+                raise KeyboardInterrupt
+            yield number, row
+
+    return rows
+
+
+def test_an_interrupted_run_goes_on_where_it_was(four, analysed, tmp_path, monkeypatch):
+    out = tmp_path / "t.parquet"
+    with monkeypatch.context() as patch:
+        patch.setattr(fdi.batch, "rows", stopped_after(2))
+        with pytest.raises(KeyboardInterrupt):
+            batch(four, out)
+    assert not out.exists()
+    lines = tmp_path / "t.parquet.rows.jsonl"
+    lines.write_text(lines.read_text() + '{"path": "c.tl')  # the line that was being written
+    with pytest.raises(OutputError, match="--resume"):
+        batch(four, out)
+    found = batch(four, out, resume=True)
+    assert analysed == ["c.tlog", "d.tlog"]
+    assert [row["path"] for row in found] == [job.path for job in four]
+    assert not lines.exists()
+
+
+def test_only_what_changed_is_analysed_again(four, analysed, tmp_path, monkeypatch):
+    out = tmp_path / "t.parquet"
+    batch(four, out)
+    analysed.clear()
+    Path(four[1].path).write_bytes(b"other content")
+    os.utime(four[2].path, (1, 1))
+    batch(four[::-1], out, resume=True)
+    assert analysed == ["c.tlog", "b.tlog"]
+    monkeypatch.setattr(fdi.batch, "__version__", "another")
+    batch(four, out, resume=True)
+    assert analysed[2:] == ["a.tlog", "b.tlog", "c.tlog", "d.tlog"]
+
+
+def test_another_policy_is_another_row(four):
+    job = four[0]
+    assert fingerprint(job) != fingerprint(Job(job.path, policy="paper"))
+    assert fingerprint(job) == fingerprint(Job(job.path))
+
+
+def test_a_log_whose_worker_died_is_tried_again(four, analysed, tmp_path, monkeypatch):
+    out = tmp_path / "t.parquet"
+    with monkeypatch.context() as patch:
+        patch.setattr(
+            fdi.batch, "rows", lambda jobs, **_: ((i, lost(j, "x")) for i, j in enumerate(jobs[:4]))
+        )
+        batch(four, out)
+    batch(four, out, resume=True)
+    assert len(analysed) == 4
+
+
+def test_what_is_not_ours_is_not_replaced(four, tmp_path):
+    out = tmp_path / "mine.parquet"
+    out.write_bytes(b"precious")
+    with pytest.raises(OutputError, match="no table of fdi batch"):
+        batch(four, out)
+    assert out.read_bytes() == b"precious"
+    (tmp_path / "link.parquet").symlink_to(out)
+    with pytest.raises(OutputError, match="link"):
+        batch(four, tmp_path / "link.parquet")
+
+
+def test_an_interrupt_ends_with_130_and_leaves_the_rows(tmp_path):
+    """Sent to the one process that gives the work; those that do it end with it."""
+    out, lines = tmp_path / "t.parquet", tmp_path / "t.parquet.rows.jsonl"
+    bad = tmp_path / "a.bin"
+    bad.write_bytes(b"done at once")
+    slow = [str(path) for path in EXAMPLES.glob("*.tlog")]
+    words = ["batch", str(bad), *slow, "--out", str(out), "--workers", "2"]
+    environment = {**os.environ, "FDI_CACHE_DIR": str(tmp_path / "cache")}
+    with subprocess.Popen(
+        FDI + words, stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        limit = time.monotonic() + 60
+        while not (lines.exists() and lines.stat().st_size) and time.monotonic() < limit:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert err.strip() == "fdi: interrupted"
+    assert not out.exists()
+    assert json.loads(lines.read_text().splitlines()[0])["error_kind"] == "LogError"
+
+
+def test_folders_globs_and_urls_name_the_same_logs_once(logs):
+    names = ["a.tlog", "b.bin", "inner/without_suffix"]
+    expected = tuple(str(logs / name) for name in names)
+    assert find_logs([str(logs)]) == expected
+    assert find_logs([str(logs / "*"), str(logs)])[:2] == expected[:2]
+    assert set(find_logs([f"{logs}/**"])) >= set(expected)
+    pytest.importorskip("fsspec")
+    urls = find_logs([f"file://{logs}"])
+    assert urls == tuple(f"file://{path}" for path in expected[:2])
+    assert find_logs([f"file://{logs}/*.tlog"]) == urls[:1]
+
+
+def test_a_folder_without_logs_is_told(tmp_path):
+    with pytest.raises(LogError, match="holds no log"):
+        find_logs([str(tmp_path)])
+    with pytest.raises(LogError, match="holds no log"):
+        find_logs([str(tmp_path / "*.tlog")])
+
+
+def test_a_url_of_an_unknown_kind_is_refused():
+    pytest.importorskip("fsspec")
+    with pytest.raises(UsageError):
+        find_logs(["nowhere://logs/"])
