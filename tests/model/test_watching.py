@@ -1,0 +1,86 @@
+"""Channels that stand still, constants that are healthy, sides that count: what a model may say."""
+
+import numpy as np
+import pytest
+
+from fdi.errors import ModelError
+from fdi.model import load_airframe
+from fdi.model.evaluate import FEW_RECORDS, evaluate
+from fdi.model.expression import parse
+from fdi.model.parts import Kind
+from fdi.telemetry.signals import TIME
+
+TEXT = """format: 1
+name: small
+components:
+  gps: {affects: [estimator]}
+  estimator: {computed: true}
+variables:
+  x: {unit: m}
+  v: {unit: m/s}
+  held: {unit: s}
+equations:
+  e_1: v = der(x)
+  e_2: {text: "v = 0", fault: estimator.drift, component: estimator, offset: 0.2 m/s, side: above}
+limits:
+  l_1: {variable: held, max: 3, component: gps}
+measurements:
+  GPS_RAW_INT:
+    component: gps
+    fields:
+      alt: {variable: x, accuracy: 2 m, jitter: 0.1 m, freeze: 4 s}
+inputs:
+  GPS_RAW_INT:
+    fields:
+      "vel:still": {variable: held, accuracy: 0.1 s}
+"""
+
+
+def airframe(tmp_path, text=TEXT):
+    path = tmp_path / "small.yaml"
+    path.write_text(text, encoding="utf-8")
+    return load_airframe(path)
+
+
+def test_what_a_model_says_arrives_in_its_system(tmp_path):
+    system = airframe(tmp_path).observe()
+    by_name = {equation.name: equation for equation in system.equations}
+    assert (by_name["e_2"].offset, by_name["e_2"].side) == (0.2, "above")
+    assert by_name["GPS_RAW_INT.alt"].measurement.jitter == 0.1
+    assert system.components["estimator"].computed
+    frozen = by_name["GPS_RAW_INT.alt:frozen"]
+    assert (frozen.kind, frozen.component) == (Kind.LIMIT, "gps")
+    assert {f.name for f in system.faults} >= {"GPS_RAW_INT.alt:frozen", "GPS_RAW_INT.alt"}
+
+
+def test_an_equation_with_a_side_is_never_solved(tmp_path):
+    system = airframe(tmp_path).observe()
+    (edges,) = (e.edges for e in system.equations if e.name == "e_2")
+    assert set(edges.values()) == {"fixed"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("freeze: 4 s", "freeze: 0 s", "must be positive"),
+        ("jitter: 0.1 m", "jitter: 3 m", "within the accuracy"),
+        ("v = der(x)", "v = still(x)", "measured field"),
+        ("side: above", "side: left", "side"),
+    ],
+)
+def test_what_makes_no_sense_is_said_with_its_line(tmp_path, old, new, said):
+    with pytest.raises(ModelError, match=r"small\.yaml:\d+") as error:
+        airframe(tmp_path, TEXT.replace(old, new))
+    assert said in str(error.value)
+
+
+def test_stillness_counts_from_the_last_change_and_a_few_equal_records_are_none():
+    t = np.arange(20) / 2
+    x = np.array([1.0, 2.0, 2.0, 2.0, *[3.0] * 14, np.nan, 3.0])
+    still = evaluate(parse("still(x)"), {TIME: t, "x": x})
+    assert np.isnan(still[18])
+    assert (still[:4] == 0).all()
+    begins = 4 + FEW_RECORDS
+    assert (still[4:begins] == 0).all()
+    assert still[begins:18].tolist() == (t[begins:18] - t[4]).tolist()
+    assert still[19] == 0  # unknown in between is not the same
