@@ -19,6 +19,12 @@ PICTURES: Final = ("png", "svg", "pdf")
 @click.option(
     "--log", metavar="LOG", type=FILE, help="Only the channels in this log count as present."
 )
+@click.option(
+    "--place",
+    "placing",
+    is_flag=True,
+    help="Say which messages that LOG lacks (without LOG: which sensors) would show more.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 @click.option(
     "--figure",
@@ -26,7 +32,9 @@ PICTURES: Final = ("png", "svg", "pdf")
     metavar="FILE",
     help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
 )
-def structure(model: str, log: str | None, as_json: bool, figure: Path | None) -> int:
+def structure(
+    model: str, log: str | None, placing: bool, as_json: bool, figure: Path | None
+) -> int:
     """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
     kind = figure.suffix.lower().lstrip(".") if figure is not None else ""
     if figure is not None and kind not in PICTURES:
@@ -34,13 +42,15 @@ def structure(model: str, log: str | None, as_json: bool, figure: Path | None) -
             f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
         )
     from fdi.model import load_airframe
+    from fdi.model.placement import place
     from fdi.report.model_document import model_document, study
     from fdi.telemetry import read
 
     airframe = load_airframe(model)
     recorded = None if log is None else read(log)
     name = None if recorded is None else recorded.name
-    found = study(airframe, airframe.observe(recorded), name)
+    placement = place(airframe, recorded) if placing else None
+    found = study(airframe, airframe.observe(recorded), name, placement)
     if figure is not None:
         from fdi.report import write_file
         from fdi.report.figures import isolability_figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from fdi.model.dimensions import Dimension
@@ -36,20 +37,22 @@ class Airframe:
     sha256: str
     units: dict[str, Dimension] = field(default_factory=dict)
 
-    def observe(self, log: Log | None = None) -> System:
+    def observe(self, log: Log | None = None, *, also: Collection[str] = ()) -> System:
         """Return the equations that hold with the telemetry of a log, and the faults they bring.
 
         Parameters
         ----------
         log : Log, optional
             Without one, every measurement counts as present.
+        also : collection of str
+            Messages that count as present though the log lacks them, to see what they would show.
 
         Raises
         ------
         LogError
             The log has no channel that the model measures.
         """
-        return build_system(self, log)
+        return build_system(self, log, also)
 
     def __repr__(self) -> str:
         return (

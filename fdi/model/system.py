@@ -11,7 +11,7 @@ The trap for a maintainer: inside a measurement equation the channel's value is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from math import isclose, nan
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -196,11 +196,15 @@ class System:
         )
 
 
-def build_system(airframe: Airframe, log: Log | None) -> System:
+def build_system(airframe: Airframe, log: Log | None, also: Collection[str] = ()) -> System:
     """Return the system; see :meth:`fdi.model.airframe.Airframe.observe`."""
     warnings: list[str] = []
     parameters = {name: _value(p, log) for name, p in airframe.parameters.items()}
-    present = [m for m in airframe.measurements if _is_present(m, log, airframe, warnings)]
+    present = [
+        m
+        for m in airframe.measurements
+        if m.channel.source in also or _is_present(m, log, airframe, warnings)
+    ]
     present = _first_inputs(present)
     if not present:
         raise LogError(

@@ -14,6 +14,7 @@ from fdi.diagnosis import Isolability
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.errors import ModelError, UsageError
 from fdi.model import Airframe, System
+from fdi.model.placement import Placement
 from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
 from fdi.result import isolability_rows
@@ -37,6 +38,8 @@ class ModelStudy:
         there are too many to count.
     log_name : str or None
         The log whose channels count as present; None: all do.
+    placement : Placement or None
+        Which further telemetry would show more, where that was asked.
     """
 
     airframe: Airframe
@@ -49,6 +52,7 @@ class ModelStudy:
     mso: int | None
     cross_checks: int | None
     log_name: str | None
+    placement: Placement | None = None
 
     @property
     def mtes(self) -> int:
@@ -61,7 +65,12 @@ class ModelStudy:
         return sum(generator.restricted for generator in self.bank.generators)
 
 
-def study(airframe: Airframe, system: System, log_name: str | None = None) -> ModelStudy:
+def study(
+    airframe: Airframe,
+    system: System,
+    log_name: str | None = None,
+    placement: Placement | None = None,
+) -> ModelStudy:
     """Return what a model can show with the telemetry that a system stands for.
 
     Raises
@@ -82,6 +91,7 @@ def study(airframe: Airframe, system: System, log_name: str | None = None) -> Mo
         mso=_count_mso(model),
         cross_checks=cross_checks,
         log_name=log_name,
+        placement=placement,
     )
 
 
@@ -136,5 +146,22 @@ def model_document(found: ModelStudy) -> dict[str, Any]:
             "restricted_generators": found.restricted,
             "cross_checks": found.cross_checks,
         },
+        **({} if found.placement is None else {"placement": _placement(found.placement)}),
         "warnings": list(found.system.warnings),
+    }
+
+
+def _placement(placement: Placement) -> dict[str, Any]:
+    return {
+        "candidates": list(placement.candidates),
+        "kind": placement.kind,
+        "gains": [
+            {
+                placement.kind: gain.name,
+                "detectable": list(gain.detectable),
+                "isolable": [list(pair) for pair in gain.isolable],
+            }
+            for gain in placement.gains
+        ],
+        "sets": None if placement.sets is None else [list(names) for names in placement.sets],
     }

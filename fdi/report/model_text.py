@@ -6,18 +6,21 @@ and why, what cannot be told apart, and which tests cannot be implemented and wh
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from fdi import structure
 from fdi.report.model_document import ModelStudy
 from fdi.report.text import heading, table, text
 from fdi.report.words import clean, plural, shortened
+from fdi.structure.explain import why as explain
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
 MOST_REASONS: Final = 12
+MOST_GAINS: Final = 20
+MOST_SETS: Final = 3
 
 
 def model_summary(found: ModelStudy) -> Iterator[RenderableType]:
@@ -31,6 +34,7 @@ def model_summary(found: ModelStudy) -> Iterator[RenderableType]:
     yield from _undetectable(found)
     yield from _groups(found)
     yield from _not_implementable(found)
+    yield from _placement(found)
     for line in found.system.warnings:
         yield text(f"warning: {line}", "yellow")
 
@@ -109,10 +113,57 @@ def _groups(found: ModelStudy) -> Iterator[RenderableType]:
         yield heading("Every detectable fault can be told from every other")
         return
     yield heading(f"{plural(len(groups), 'group')} of faults that cannot be told apart")
-    made = table("faults", "count")
+    made = table("faults", "why", "a sensor would do of")
     for group in groups:
-        made.add_row(text(shortened(group, 12)), text(len(group)))
+        why, sensors = why_not_told(found, group)
+        made.add_row(
+            text(shortened(group, 12)), text(why), text(shortened(sensors, 6) if sensors else "–")
+        )
     yield made
+
+
+def why_not_told(found: ModelStudy, group: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+    """Return why the faults of a group hang together, and the sensors that would part two of them.
+
+    Said of the first two of them that no implementable test tells apart.
+    """
+    place = {fault.name: i for i, fault in enumerate(found.system.faults)}
+    apart, promised = found.implementable.matrix, found.structural.matrix
+    pairs = [(f, g) for f in group for g in group if f != g]
+    first = next((f, g) for f, g in pairs if not apart[place[f], place[g]])
+    if promised[place[first[0]], place[first[1]]]:
+        why = f"{first[0]} could be told from {first[1]}, but by no test that can be implemented"
+        return clean(why), ()
+    model = found.system.structure()
+    reason = explain(model, *first)
+    return clean(reason.because), tuple(clean(model.unknowns[u]) for u in reason.sensors)
+
+
+def _placement(found: ModelStudy) -> Iterator[RenderableType]:
+    placement = found.placement
+    if placement is None:
+        return
+    what = "message" if placement.kind == "message" else "sensor of a variable"
+    if not placement.gains:
+        yield heading(f"No further {what} would show more, by structure alone")
+        return
+    yield heading(f"What one further {what} would show, by structure alone")
+    made = table(placement.kind, "then detectable", "then told apart")
+    for gain in placement.gains[:MOST_GAINS]:
+        seen = set(gain.detectable)
+        pairs = [f"{f} from {g}" for f, g in gain.isolable if f not in seen]
+        made.add_row(
+            text(clean(gain.name)),
+            text(shortened([*map(clean, gain.detectable)], 4) if seen else "–"),
+            text(shortened([*map(clean, pairs)], 4) if pairs else "–"),
+        )
+    yield made
+    if len(placement.gains) > MOST_GAINS:
+        yield text(f"  and {len(placement.gains) - MOST_GAINS} more", "dim")
+    if placement.sets is not None and len(placement.candidates) > 1:
+        ways = " or ".join(" with ".join(map(clean, names)) for names in placement.sets[:MOST_SETS])
+        more = f" or {len(placement.sets) - MOST_SETS} more" * (len(placement.sets) > MOST_SETS)
+        yield text(f"  all that the {len(placement.candidates)} absent messages add: {ways}{more}")
 
 
 def _not_implementable(found: ModelStudy) -> Iterator[RenderableType]:

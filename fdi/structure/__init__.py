@@ -23,6 +23,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``index.py``: how a set uses its differential constraints; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
 - ``placement.py``: minimal sets of added sensors
+- ``additions.py``: minimal sets of whatever can be added
 - ``explain.py``: why faults cannot be told apart, and what would separate them
 - ``adapters.py``: models from and to networkx, scipy, sympy, the toolbox of record
 - ``frames.py``, ``plot.py``, ``display.py``: matrices with names, pictures, tables for notebooks

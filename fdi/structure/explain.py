@@ -63,8 +63,8 @@ class Explanation:
         many, the underdetermined ones among those that they contain.
     sensors : tuple of int
         Unknowns of which one further sensor, free of faults, would be enough.
-    text : str
-        One sentence with labels.
+    because : str
+        The reason with labels, part of a sentence; empty where there is none.
 
     References
     ----------
@@ -83,7 +83,15 @@ class Explanation:
     equations: tuple[int, ...]
     unknowns: tuple[int, ...]
     sensors: tuple[int, ...]
-    text: str
+    because: str
+
+    @property
+    def text(self) -> str:
+        """What holds of the faults, and because of what, in one sentence."""
+        aim = f"be told from {self.other}" if self.other else "be detected"
+        if self.reason is Reason.NONE:
+            return f"{self.fault} can {aim}"
+        return f"{self.fault} cannot {aim}: {self.because}"
 
 
 def why(model: Model, fault: str, other: str = "", causality: str = "mixed") -> Explanation:
@@ -195,20 +203,18 @@ def _explanation(
     unknowns: tuple[int, ...] = (),
     sensors: tuple[int, ...] = (),
 ) -> Explanation:
-    fault, other = names
-    aim = f"be told from {other}" if other else "be detected"
     own = _listed(model.equations[e] for e in equations)
     what = _listed(model.unknowns[u] for u in unknowns)
+    follow = "follows" if len(unknowns) == 1 else "follow"
     without = f"without {_listed(model.equations[e] for e in gone)} " if gone else ""
     because = {
         Reason.NONE: "",
         Reason.SHARED_EQUATION: f"all its equations ({own}) may hold the other fault as well",
-        Reason.NOTHING_TO_SPARE: f"{without}nothing checks {what}, which follow from {own}",
+        Reason.NOTHING_TO_SPARE: f"{without}nothing checks {what}, which {follow} from {own}",
         Reason.TOO_MANY_UNKNOWNS: f"{without}there are too few equations for {what}, of {own}",
         Reason.CAUSALITY: f"{without}what {own} contains cannot be computed in this causality",
     }[reason]
-    text = f"{fault} cannot {aim}: {because}" if because else f"{fault} can {aim}"
-    return Explanation(fault, other, reason, equations, unknowns, sensors, text)
+    return Explanation(*names, reason, equations, unknowns, sensors, because)
 
 
 def _listed(names: Iterable[str]) -> str:

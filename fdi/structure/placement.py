@@ -7,25 +7,17 @@ sensor is an equation of its own with one unknown, and with a fault of its own i
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from fdi.errors import UsageError
-from fdi.structure.decomposition import overdetermined
+from fdi.structure.additions import Counts, Reach, Wish, gained, minimal_additions, reach
 from fdi.structure.incidence import Fault, Model
-from fdi.structure.isolability import Mask, detectable, isolability
 
 GOALS = ("detectability", "isolability")
-
-Counts = tuple[int, ...]
-"""How many sensors measure each candidate."""
-
-Wish = tuple[str, str]
-"""The name of a fault and of the one that it shall be told from, or "" for being detectable."""
 
 
 def add_sensors(model: Model, unknowns: Iterable[int], faulty: Iterable[int] = ()) -> Model:
@@ -118,15 +110,11 @@ def place_sensors(
 
     Notes
     -----
-    A wish that a set of sensors does not grant is not granted by any part of it either, and what
-    is granted stays so with more sensors. So a set that falls short is grown to a largest one that
-    does, and every solution has a sensor outside that one: a tree of sets, smallest first, that
-    branches over these sensors.
+    The search is :func:`fdi.structure.additions.minimal_additions`.
 
     References
     ----------
-    Krysander, Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC-A 38(6), 2008; the
-    tree is that of Reiter, Artificial Intelligence 32(1), 1987.
+    Krysander, Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC-A 38(6), 2008.
 
     Examples
     --------
@@ -153,146 +141,82 @@ def place_sensors(
     for unknown, cost in price.items():
         if not (math.isfinite(cost) and cost >= 0):
             raise UsageError(f"{model.unknowns[unknown]}: cost is {cost}, must be finite, not < 0")
-    search = _Search.for_goal(model, chosen, failing, goal, limit)
-    sets = (
-        tuple(u for u, n in zip(chosen, counts, strict=True) for _ in range(n))
-        for counts in search.minimal()
-    )
+    most = tuple(2 if unknown in failing else 1 for unknown in chosen)
+
+    def extended(counts: Counts) -> Model:
+        return add_sensors(model, _sensors(chosen, counts), failing)
+
+    wanted = _wanted(reach(extended(most)), len(model.faults), goal)
+    found = minimal_additions(extended, most, wanted, limit)
+    sets = (_sensors(chosen, counts) for counts in found)
     return tuple(sorted(sets, key=lambda s: (math.fsum(price[u] for u in s), len(s), s)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Reach:
-    """Is what some sensors grant: detectable faults, and pairs of which the first is told apart."""
+def sensor_gains(
+    model: Model, candidates: Iterable[int] | None = None
+) -> dict[int, tuple[tuple[str, ...], tuple[Wish, ...]]]:
+    """Return what each single sensor, free of faults, would add.
 
-    names: dict[str, int]
-    seen: Mask
-    told: Mask
+    Parameters
+    ----------
+    model : Model
+    candidates : iterable of int, optional
+        Unknowns that a sensor could measure; by default all.
 
-    @classmethod
-    def of(cls, model: Model) -> _Reach:
-        names = {fault.name: i for i, fault in enumerate(model.faults)}
-        return cls(names, detectable(model), isolability(model))
+    Returns
+    -------
+    dict of unknown to (detectable, isolable)
+        What becomes detectable and which pairs become isolable, see
+        :func:`fdi.structure.additions.gained`. Sensors that add nothing are missing.
 
+    Raises
+    ------
+    UsageError
+        When an unknown does not exist.
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Search:
-    model: Model
-    chosen: list[int]
-    most: Counts  # how often each candidate may be measured
-    failing: set[int]
-    wanted: _Reach
-    limit: int
+    References
+    ----------
+    Krysander, Frisk, IEEE Trans. SMC-A 38(6), 2008, section IV.
 
-    @classmethod
-    def for_goal(
-        cls,
-        model: Model,
-        chosen: list[int],
-        failing: set[int],
-        goal: str | Iterable[str | tuple[str, str]],
-        limit: int,
-    ) -> _Search:
-        most = tuple(2 if unknown in failing else 1 for unknown in chosen)
-        search = cls(model, chosen, most, failing, _Reach.of(model), limit)
-        best = _Reach.of(search.extended(most))
-        n = len(model.faults)
-        if goal == "detectability":
-            best = replace(best, told=np.zeros_like(best.told))
-        elif goal != "isolability":
-            if isinstance(goal, str):
-                raise UsageError(f"goal {goal!r} is none of {', '.join(GOALS)}")
-            best.seen[:n], best.told[:n, :n] = False, False
-            for wish in goal:
-                name, other = (wish, "") if isinstance(wish, str) else wish
-                for known in filter(None, (name, other)):
-                    if known not in best.names or best.names[known] >= n:
-                        raise UsageError(f"the model has no fault {known!r}")
-                if other:
-                    best.told[best.names[name], best.names[other]] = True
-                else:
-                    best.seen[best.names[name]] = True
-        return replace(search, wanted=best)
-
-    def extended(self, counts: Counts) -> Model:
-        """Return the model with sensors."""
-        sensors = [u for u, n in zip(self.chosen, counts, strict=True) for _ in range(n)]
-        return add_sensors(self.model, sensors, self.failing)
-
-    def minimal(self) -> Iterator[Counts]:
-        """Yield the minimal sets that grant every wish about the faults that they bring along."""
-        if self.refused(self.most):
-            return  # of single wishes, not even all candidates grant this one
-        start = (0,) * len(self.chosen)
-        todo, seen = [(0, start)], {start}
-        found: list[Counts] = []
-        short: list[
-            tuple[Wish, Counts]
-        ] = []  # sets that do not grant a wish, grown as far as can be
-        while todo:
-            _, counts = heapq.heappop(todo)
-            if any(_is_part(other, counts) for other in found):
-                continue
-            largest = self.falling_short(counts, short)
-            if largest is None:
-                found.append(counts)
-                yield counts
-                continue
-            for k, n in enumerate(largest):
-                if n < self.most[k]:
-                    larger = (*counts[:k], n + 1, *counts[k + 1 :])
-                    if larger not in seen:
-                        seen.add(larger)
-                        heapq.heappush(todo, (sum(larger), larger))
-            if len(seen) > self.limit:
-                raise UsageError(
-                    f"more than {self.limit} sets of sensors are in question",
-                    hint="name fewer candidates or raise the limit",
-                )
-
-    def falling_short(self, counts: Counts, short: list[tuple[Wish, Counts]]) -> Counts | None:
-        """Return a largest set around this one that does not grant a wish of this one."""
-        names = {fault.name for fault in self.extended(counts).faults}
-        for wish, largest in short:
-            if names.issuperset(filter(None, wish)) and _is_part(counts, largest):
-                return largest
-        refused = self.refused(counts)
-        if refused is None:
-            return None
-        for k, most in enumerate(self.most):
-            while counts[k] < most:
-                larger = (*counts[:k], counts[k] + 1, *counts[k + 1 :])
-                if self.grants(larger, refused):
-                    break
-                counts = larger
-        short.append((refused, counts))
-        return counts
-
-    def refused(self, counts: Counts) -> Wish | None:
-        """Return a wish about the faults there are that is not granted."""
-        found = _Reach.of(self.extended(counts))
-        place = [self.wanted.names[name] for name in found.names]
-        names = list(found.names)
-        seen = self.wanted.seen[place] & ~found.seen
-        told = self.wanted.told[np.ix_(place, place)] & ~found.told
-        if seen.any():
-            return names[int(seen.argmax())], ""
-        if told.any():
-            i, j = np.argwhere(told)[0].tolist()
-            return names[i], names[j]
-        return None
-
-    def grants(self, counts: Counts, wish: Wish) -> bool:
-        model = self.extended(counts)
-        where = {fault.name: fault.equations for fault in model.faults}
-        gone = where.get(wish[1], ())
-        kept = [e for e in range(len(model.rows)) if e not in gone]
-        over = overdetermined([model.rows[e] for e in kept])
-        return not set(where[wish[0]]).isdisjoint(kept[i] for i in over)
+    Examples
+    --------
+    >>> sensor_gains(Model.from_matrix([[1, 0], [1, 1]], faults={"f": 0, "g": 1}))
+    {0: (('f',), (('f', 'g'),)), 1: (('f', 'g'), ())}
+    """
+    before = reach(model)
+    found = {}
+    for unknown in range(len(model.unknowns)) if candidates is None else candidates:
+        gain = gained(before, reach(add_sensors(model, [unknown])))
+        if any(gain):
+            found[unknown] = gain
+    return found
 
 
-def _is_part(some: Counts, others: Counts) -> bool:
-    return all(a <= b for a, b in zip(some, others, strict=True))
+def _sensors(chosen: list[int], counts: Counts) -> tuple[int, ...]:
+    return tuple(u for u, n in zip(chosen, counts, strict=True) for _ in range(n))
+
+
+def _wanted(best: Reach, n_own: int, goal: str | Iterable[str | tuple[str, str]]) -> Reach:
+    """Return what a goal asks for, of the best that there is; the model's own faults come first."""
+    if goal == "isolability":
+        return best
+    if goal == "detectability":
+        return replace(best, told=np.zeros_like(best.told))
+    if isinstance(goal, str):
+        raise UsageError(f"goal {goal!r} is none of {', '.join(GOALS)}")
+    seen, told = best.seen.copy(), best.told.copy()
+    seen[:n_own], told[:n_own, :n_own] = False, False
+    for wish in goal:
+        name, other = (wish, "") if isinstance(wish, str) else wish
+        for known in filter(None, (name, other)):
+            if known not in best.names[:n_own]:
+                raise UsageError(f"the model has no fault {known!r}")
+        i = best.names.index(name)
+        if other:
+            told[i, best.names.index(other)] = True
+        else:
+            seen[i] = True
+    return replace(best, seen=seen, told=told)
 
 
 def _require_unknown(model: Model, unknown: int) -> None:

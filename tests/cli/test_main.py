@@ -112,6 +112,28 @@ def test_structure_describes_or_gives_json(run: Run, model: Path) -> None:
     assert found["detectable"] == ["motor_1", "GPS_RAW_INT.alt", "GLOBAL_POSITION_INT.alt"]
 
 
+def test_structure_says_why_faults_hang_together_and_what_would_part_them(
+    run: Run, model: Path
+) -> None:
+    told = " ".join(run("structure", model, "--log", LOG).out.split())
+    assert "nothing checks altitude, which follows from GPS_RAW_INT.alt" in told
+    told = run("structure", model, "--place").out
+    assert "What one further sensor of a variable would show" in told
+    wider = model.with_name("wider.yaml")
+    extra = (
+        "  SCALED_PRESSURE3: {component: gps, fields: {press_abs: {variable: altitude, raw: true}}}"
+    )
+    wider.write_text(model.read_text() + extra)
+    document = json.loads(run("structure", wider, "--log", LOG, "--place", "--json").out)
+    found = document["placement"]
+    assert (found["kind"], found["candidates"]) == ("message", ["SCALED_PRESSURE3"])
+    assert found["sets"] == [["SCALED_PRESSURE3"]]
+    assert ["GPS_RAW_INT.alt", "GLOBAL_POSITION_INT.alt"] in found["gains"][0]["isolable"]
+    told = " ".join(run("structure", wider, "--log", LOG, "--place").out.split())
+    assert "What one further message would show" in told
+    assert "SCALED_PRESSURE3" in told
+
+
 def test_structure_draws_a_picture(run: Run, model: Path) -> None:
     assert run("structure", model, "--figure", "matrix.svg").code == 0
     assert Path("matrix.svg").read_bytes().startswith(b"<?xml")

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fdi.errors import UsageError
 from fdi.structure import Model, detectable, isolability, place_sensors
-from fdi.structure.placement import GOALS, add_sensors
+from fdi.structure.placement import GOALS, add_sensors, sensor_gains
 
 from .models import models, tried
 
@@ -119,7 +119,7 @@ def test_a_search_beyond_the_limit_is_refused():
     model = Model.from_matrix([[1] * 6], faults={"f": 0})
     wide = Model.from_matrix([[1, 1, 1, 0], [0, 0, 1, 1], [0, 0, 0, 1]], faults={"f": 0})
     assert place_sensors(model) == ((0, 1, 2, 3, 4, 5),)
-    with pytest.raises(UsageError, match="more than 0 sets"):
+    with pytest.raises(UsageError, match="more than 0 choices"):
         place_sensors(wide, limit=0)
 
 
@@ -130,3 +130,14 @@ def test_sensors_are_named_apart():
         "fault of sensor of x0",
         "fault of sensor of x0 2",
     ]
+
+
+@given(model=models())
+@tried(100)
+def test_the_gain_of_a_sensor_is_what_it_adds(model):
+    before = reaches(model, [], "isolability")
+    found = sensor_gains(model)
+    for unknown in range(len(model.unknowns)):
+        added = reaches(model, [unknown], "isolability") - before
+        seen, told = found.get(unknown, ((), ()))
+        assert len(seen) + len(told) == len(added)

@@ -1,0 +1,115 @@
+"""Which further telemetry would show more?
+
+In: a model and, where there is one, a log. Out: for every message that the model can use and the
+log lacks, what it would add about the faults that this telemetry brings, and the smallest sets of
+such messages that add all that can be added. Without a log nothing is lacking; then it is what a
+further sensor of each variable would add. By structure alone: whether a test can be implemented is
+not asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+
+from fdi.errors import UsageError
+from fdi.model.airframe import Airframe
+from fdi.structure import Model
+from fdi.structure.additions import Counts, Reach, gained, minimal_additions, reach
+from fdi.structure.placement import sensor_gains
+from fdi.telemetry import Log
+
+LIMIT = 2000
+"""Choices of messages that are looked at before the smallest sets are given up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """What one more message, or one more sensor, would add.
+
+    Attributes
+    ----------
+    name : str
+        Of the message, or of the variable that the sensor measures.
+    detectable : tuple of str
+        Faults, of those there are, that would become detectable.
+    isolable : tuple of (str, str)
+        Pairs of which the first could be told from the second.
+    """
+
+    name: str
+    detectable: tuple[str, ...]
+    isolable: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Which further telemetry would show more.
+
+    Attributes
+    ----------
+    kind : {"message", "sensor"}
+    candidates : tuple of str
+        Messages that the model can use and the log lacks, in the order of the model, or variables.
+    gains : tuple of Gain
+        What each adds alone, the most useful first; those that add nothing are missing.
+    sets : tuple of tuple of str, or None
+        Minimal sets of messages that together add all that all of them add, smallest first; an
+        empty set when nothing can be added. None for sensors, or where there are too many.
+    """
+
+    kind: Literal["message", "sensor"]
+    candidates: tuple[str, ...]
+    gains: tuple[Gain, ...]
+    sets: tuple[tuple[str, ...], ...] | None
+
+
+def place(airframe: Airframe, log: Log | None) -> Placement:
+    """Return which further messages, or without a log which sensors, would show more.
+
+    Raises
+    ------
+    LogError
+        The log has no channel that the model measures.
+    """
+    return _sensors(airframe) if log is None else _messages(airframe, log)
+
+
+def _sensors(airframe: Airframe) -> Placement:
+    model = airframe.observe().structure()
+    gains = tuple(Gain(model.unknowns[u], *gain) for u, gain in sensor_gains(model).items())
+    return Placement("sensor", model.unknowns, _ordered(gains), None)
+
+
+def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
+    return tuple(sorted(gains, key=lambda gain: -len(gain.detectable) - len(gain.isolable)))
+
+
+def _messages(airframe: Airframe, log: Log) -> Placement:
+    sources = dict.fromkeys(str(m.channel.source) for m in airframe.measurements)
+    candidates = tuple(source for source in sources if source not in log)
+
+    @cache
+    def extended(counts: Counts) -> Model:
+        return observed(source for source, n in zip(candidates, counts, strict=True) if n)
+
+    def observed(also: Iterable[str]) -> Model:
+        return airframe.observe(log, also=frozenset(also)).structure()
+
+    before = reach(observed(()))
+    each = (Gain(name, *gained(before, reach(observed([name])))) for name in candidates)
+    gains = _ordered(gain for gain in each if gain.detectable or gain.isolable)
+    most = (1,) * len(candidates)
+    best = reach(extended(most))
+    own = [best.names.index(name) for name in before.names]
+    wanted = Reach(before.names, best.seen[own], best.told[np.ix_(own, own)])
+    try:
+        found = tuple(minimal_additions(extended, most, wanted, LIMIT))
+    except UsageError:
+        return Placement("message", candidates, gains, None)
+    sets = (tuple(s for s, n in zip(candidates, counts, strict=True) if n) for counts in found)
+    return Placement("message", candidates, gains, tuple(sets))
