@@ -74,6 +74,11 @@ def lost(job: Job, why: str) -> Row:
     return {**_empty(job), "error": why, "error_kind": "WorkerDied"}
 
 
+def failed(job: Job, error: Exception) -> Row:
+    """Return the row of a log that could not be analysed."""
+    return {**_empty(job), "error": str(error), "error_kind": type(error).__name__}
+
+
 def _empty(job: Job) -> Row:
     return {
         "path": job.path,
@@ -205,7 +210,7 @@ def rows(
 
 def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tuple[int, Row]]:
     """Yield rows from a pool; the jobs that were under way when a worker died are tried alone."""
-    waiting = list(enumerate(jobs))[::-1]
+    waiting = sorted(enumerate(jobs), key=lambda item: _size(item[1]))  # the longest goes first
     suspects: list[tuple[int, Job]] = []
     while waiting:
         under_way: dict[Future[Row], tuple[int, Job]] = {}
@@ -227,6 +232,13 @@ def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tup
                 yield number, pool.submit(work, job).result()
             except BrokenProcessPool:
                 yield number, lost(job, "the process that read it died (out of memory?)")
+
+
+def _size(job: Job) -> int:
+    try:
+        return os.path.getsize(job.path)
+    except (OSError, ValueError):  # whoever reads it tells
+        return 0
 
 
 @contextmanager

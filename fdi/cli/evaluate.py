@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import rich_click as click
 
 from fdi.cli.completion import FILE, policy_names
 from fdi.cli.output import answer, progress_bar
+
+if TYPE_CHECKING:
+    from fdi.evaluation.curves import CurveKind
 
 
 @click.command(epilog="Example: fdi evaluate flights/labels.json --workers 2")
@@ -21,6 +25,24 @@ from fdi.cli.output import answer, progress_bar
 )
 @click.option("--only", metavar="PATTERN", multiple=True, help="Only flights like 'sitl/copter/*'.")
 @click.option("--workers", type=int, metavar="N", help="Local processes; by default one per core.")
+@click.option("--inject", "is_injected", is_flag=True, help="Detection against size instead.")
+@click.option(
+    "--kind",
+    type=click.Choice(["bias", "drift", "noise"]),
+    default="bias",
+    show_default=True,
+    help="What --inject injects.",
+)
+@click.option(
+    "--moments",
+    type=click.IntRange(1, 20),
+    default=2,
+    show_default=True,
+    help="How often --inject injects each fault into a flight.",
+)
+@click.option(
+    "--channel", "channels", multiple=True, metavar="CHANNEL", help="Only there; of --inject."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 @click.option("--no-progress", is_flag=True, help="No progress bar.")
 def evaluate(
@@ -28,27 +50,44 @@ def evaluate(
     policy: str,
     only: tuple[str, ...],
     workers: int | None,
+    is_injected: bool,
+    kind: CurveKind,
+    moments: int,
+    channels: tuple[str, ...],
     as_json: bool,
     no_progress: bool,
 ) -> int:
     """Score the analyses of the flights that LABELS.json describes.
 
     Prints how many faults were detected, named first, named in time, and how many accusations were
-    wrong, each with its 95 % interval and beside what a constant answer would score.
+    wrong, each with its 95 % interval and beside what a constant answer would score. With --inject
+    it asks of the healthy flights (take few: --only) how big a fault at each channel of a sensor
+    must be to be detected and named.
     """
-    from fdi.evaluation import evaluate as run
     from fdi.evaluation import load_labels, select
-    from fdi.evaluation.tables import evaluation_document, evaluation_text
+    from fdi.report import json_text
 
     wanted = select(load_labels(labels), only)
+    count = workers if workers is not None else os.cpu_count() or 1
     with progress_bar(not no_progress) as progress:
-        found = run(
-            wanted, policy=policy, workers=workers or os.cpu_count() or 1, progress=progress
-        )
-    if as_json:
-        from fdi.report import json_text
+        if is_injected:
+            from fdi.evaluation.curves import curves, curves_document, curves_text
 
-        answer(json_text(evaluation_document(found)))
-    else:
-        answer(evaluation_text(found))
+            found = curves(
+                wanted,
+                kind=kind,
+                moments=moments,
+                channels=channels,
+                policy=policy,
+                workers=count,
+                progress=progress,
+            )
+            tree, text = curves_document(found, kind), curves_text(found, kind)
+        else:
+            from fdi.evaluation import evaluate as run
+            from fdi.evaluation.tables import evaluation_document, evaluation_text
+
+            scored = run(wanted, policy=policy, workers=count, progress=progress)
+            tree, text = evaluation_document(scored), evaluation_text(scored)
+    answer(json_text(tree) if as_json else text)
     return 0

@@ -26,6 +26,7 @@ from fdi.cli.batch import batch
 from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
 from fdi.cli.info import info
+from fdi.cli.inject import inject
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.errors import FdiError, ModelError
@@ -51,7 +52,7 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, convert, structure, evaluate, batch):
+for _command in (analyze, info, convert, structure, evaluate, batch, inject):
     fdi.add_command(_command)
 
 

@@ -10,6 +10,10 @@ that a figure can be judged: with its interval, beside what a constant answer wo
 - ``calibration.py``: confidence against rightness
 - ``tables.py``: the figures as text and as plain values
 - ``run.py``: labels file -> scored flights
+- ``injected_fault.py``: what a channel reads with a known fault
+- ``inject.py``: a healthy log with a known fault
+- ``curves.py``: how big must a fault be before it shows
+- ``rewrite.py``: a log with other values, every other byte as it was
 """
 
 from fdi.evaluation.labels import Fault, Label, load_labels, select

@@ -201,3 +201,36 @@ def test_format_that_no_message_could_hold_is_none(text):
     made, *circle = (parsed(ord("F"), line, 0) for line in (text.encode(), b"c:d y;", b"d:c y;"))
     others = {one.name: one for one in circle}
     assert made is None or resolve("a", {"a": made, **others}) is None
+
+
+def test_text_longer_than_its_key_says_is_no_damage(load):
+    """Tools that copy logs leave the first part's length in the keys of the others."""
+    part = build.keyed("M", "char[81] boot_console_output", b"NuttShell", b"\1")
+    log = load(b"".join([build.header(), part, *build.definitions(), *build.records()]))
+    assert not log.quality
+
+
+def test_utc_comes_from_the_receiver_or_the_time_of_the_start(load):
+    boot_us = 1_700_000_000_000_000
+    start = build.keyed("I", "uint64_t boot_time_utc_us", boot_us.to_bytes(8, "little"))
+    gps = [
+        build.topic("vehicle_gps_position:uint64_t timestamp;uint64_t time_utc_usec;"),
+        build.subscribe(20, "vehicle_gps_position"),
+        *(
+            build.data(20, "QQ", 1_000_000 + i, boot_us + 3_000_000 + i if i else 0)
+            for i in range(5)
+        ),
+    ]
+    log = load(b"".join([build.header(), start, *build.definitions(), *build.records()]))
+    assert log.clock.utc(0.0) == "2023-11-14T22:13:21.000Z"
+    log = load(b"".join([build.header(), start, *build.definitions(), *gps, *build.records()]))
+    assert log.clock.utc(0.0) == "2023-11-14T22:13:23.000Z"
+
+
+def test_records_of_before_the_log_and_of_one_time_are_counted_apart(load):
+    early = [build.data(0, "Qf3h", 10 + i, 0.0, 0, 0, 7) for i in range(4)]
+    again = [build.data(0, "Qf3h", 5_900_000, 0.0, 0, 0, 7) for _ in range(3)]
+    log = load(b"".join([build.header(), *build.definitions(), *early, *build.records(), *again]))
+    counts = {q.text.split("(")[1]: q.count for q in log.quality if q.kind == "duplicate"}
+    assert counts == {"wave 3)": 3, "wave 4)": 4}  # a record at 0.0 s and three at 4.9 s
+    assert len(log["wave"]) == 50

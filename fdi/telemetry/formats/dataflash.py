@@ -13,7 +13,7 @@ from typing import Final
 
 from fdi.errors import LogError
 from fdi.telemetry.formats.dataflash_layouts import FMT, Bytes
-from fdi.telemetry.formats.dataflash_log import Finding, make_log
+from fdi.telemetry.formats.dataflash_log import Finding, by_instance, make_log
 from fdi.telemetry.formats.dataflash_records import Records, all_records, find_headers
 from fdi.telemetry.formats.dataflash_tables import Blocks, Table, Tables
 from fdi.telemetry.log import Log
@@ -49,16 +49,25 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
             hint="give a .tlog or an ArduPilot .bin",
         )
     records = all_records(data)
-    source = Blocks(data, records)
-    tables = [
-        Table(one, start, source)
-        for one, start in zip(records.layouts, records.starts, strict=True)
-        if start.size
-    ]
+    tables = _tables(data, records)
     if not any(table.layout.fields and table.layout.number != FMT for table in tables):
         raise LogError("is a DataFlash log without a record of data", where=path.name)
     findings = [*_damage(records), *_definitions(tables)]
     return make_log(path, "dataflash", data, tables, findings)
+
+
+def tables_of(data: Bytes) -> list[Table]:
+    """Return where the records of every message and instance are, for who rewrites them."""
+    return by_instance(_tables(data, all_records(data)))
+
+
+def _tables(data: Bytes, records: Records) -> list[Table]:
+    source = Blocks(data, records)
+    return [
+        Table(one, start, source)
+        for one, start in zip(records.layouts, records.starts, strict=True)
+        if start.size
+    ]
 
 
 def _damage(records: Records) -> Iterator[Finding]:

@@ -102,6 +102,12 @@ def make_log(
     )
 
 
+def by_instance(tables: Tables) -> list[Table]:
+    """Return the tables with one for every instance, as the log's messages are."""
+    units = _units(tables)
+    return [part for table in tables for part in _instances(table, units)]
+
+
 def _told(found: Finding, track: Track) -> QualityRecord:
     start, end = (
         None if place is None else float(track.at(np.array([place]))[0])

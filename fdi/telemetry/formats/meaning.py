@@ -137,6 +137,44 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
     return made
 
 
+def origin(
+    messages: Messages, key: str, field: str, vehicle: str, *, form: str
+) -> tuple[Read, float] | None:
+    """Return the log's own field that a field in MAVLink's words repeats, and the factor.
+
+    None where it is made of several, or of a function of one (but for angles put on a circle).
+
+    Parameters
+    ----------
+    form : str
+        The log's format.
+    """
+    table = f"mavlink_{form.partition('_')[0]}"
+    groups: Mapping[str, list[str]] = data_table(table)["groups"]
+    own = {k: m for k, m in messages.items() if m.made_from is None}
+    known = {**_numbered(own, data_table(table)["instances"]), **own}
+    fields = (f for row in _rows(table) if row.key == key for f in row.fields)
+    wanted = next((f for f in fields if f.name == field), None)
+    if wanted is None:
+        return None
+    fitting = (s for s in wanted.sources if s.group is None or vehicle in groups[s.group])
+    base = messages[key]
+    found = next(
+        (f for s in fitting if (f := _find(s, known, base, wanted.conversion.unit, {}))), None
+    )
+    if found is None or len(found.source.terms) != 1:
+        return None
+    (term,) = found.source.terms
+    is_plain = term.function in (None, "wrap", "heading") and len(term.reads) == 1
+    if not is_plain or term.reads[0].chooser is not None:
+        return None
+    message = known[term.reads[0].key]
+    own_key = message.made_from or message.key
+    name, _, number = own_key.partition("[")
+    instance = int(number[:-1]) if number else 0
+    return replace(term.reads[0], message=name, instance=instance), term.factor
+
+
 @cache
 def _rows(table: str) -> tuple[_Row, ...]:
     rows = []

@@ -20,7 +20,7 @@ offset a fresh message begins, although the part before may end within one.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
-from fdi.telemetry.formats.mavlink_quality import duplicate_record, gap_records
+from fdi.telemetry.formats.mavlink_quality import gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
 from fdi.telemetry.formats.ulog_columns import Places, Store
 from fdi.telemetry.formats.ulog_definitions import Bytes, Field, Layout
@@ -50,11 +50,12 @@ from fdi.telemetry.formats.ulog_quality import damage_records, definition_record
 from fdi.telemetry.formats.ulog_records import Rows, find_records
 from fdi.telemetry.formats.ulog_times import (
     Placed,
+    Reference,
     Stamped,
     clock,
     placed,
     reference,
-    repair_records,
+    time_records,
 )
 from fdi.telemetry.formats.ulog_units import Release, field_meaning
 from fdi.telemetry.log import Log, Source
@@ -110,9 +111,8 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         *definition_records(records, known),
         *dropout_records(records, known),
         *known.quality,
-        *repair_records(list(zip(stamped, times, strict=True))),
+        *time_records(list(zip(stamped, times, strict=True))),
         *(gap_records(own) if known.has_pause else ()),
-        *duplicate_record(own),
     ]
     number = system_of(own, values)
     count = sum(rows.at.size for rows in records.rows)
@@ -127,7 +127,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         changes,
         tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
-        clock(known, *_utc(own)),
+        clock(known, *_utc(own, info, known)),
         vehicle,
         autopilot,
         firmware_of(info),
@@ -234,8 +234,10 @@ def _unset(load: Callable[[], NDArray[Any]]) -> NDArray[np.bool_]:
     return unset
 
 
-def _utc(own: dict[str, Message]) -> tuple[Floats, Floats]:
-    """Return when a receiver tells UTC, and what it tells (s since 1970)."""
+def _utc(
+    own: Mapping[str, Message], info: Mapping[str, float | str], known: Reference
+) -> tuple[Floats, Floats]:
+    """Return when UTC is known, by a receiver or of the start, and what it is (s since 1970)."""
     for name in _POSITIONS:
         message = own.get(name)
         if message is not None and "time_utc_usec" in message:
@@ -243,6 +245,9 @@ def _utc(own: dict[str, Message]) -> tuple[Floats, Floats]:
             good = (utc > _UTC_RANGE_US[0]) & (utc < _UTC_RANGE_US[1])
             if good.any():
                 return message.t[good], utc[good] / 1e6
+    booted = info.get("boot_time_utc_us")
+    if isinstance(booted, int) and _UTC_RANGE_US[0] < booted < _UTC_RANGE_US[1]:
+        return np.zeros(1), np.array([booted / 1e6 - known.offset[0]])
     return np.empty(0), np.empty(0)
 
 

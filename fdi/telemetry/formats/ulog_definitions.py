@@ -211,7 +211,8 @@ def _key(before: bytes, body: bytes) -> Key | None:
     if found is None or not size:
         return None
     count = None if found[2] is None else int(found[2])
-    if len(body) - end != size * (1 if count is None else count):
+    # texts that are continued keep the first part's length when a tool has copied the log
+    if len(body) - end != size * (1 if count is None else count) and (size > 1 or count is None):
         return None
     return Key(found[1], count, found[3], body[end:], before == b"\1")
 

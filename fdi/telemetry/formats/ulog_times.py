@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fdi.telemetry.clock import Clock, timeline
 from fdi.telemetry.formats.mavlink_quality import GAP_S
 from fdi.telemetry.message import Floats
-from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.quality import Kind, QualityRecord
 
 Ints = NDArray[np.int64]
 Stamps = NDArray[np.uint64]
@@ -30,6 +30,7 @@ SLACK_S: Final = (
     5.0  # records are written up to seconds after they were made (rate limits, dropouts)
 )
 _SAMPLES: Final = 5_000  # of the topic that gives the time to places in the file
+_NAMED: Final = 4  # topics that a finding names
 _ASCENDING: Final = 0.8  # share of steps forward in a topic that can give the time
 
 
@@ -176,17 +177,40 @@ def _ascending(t: Floats) -> tuple[Floats, Ints | None]:
     return t[is_last], rows[is_last]
 
 
-def repair_records(found: Sequence[tuple[Stamped, Placed]]) -> list[QualityRecord]:
-    """Return which topics have times by their place in the file."""
+def time_records(found: Sequence[tuple[Stamped, Placed]]) -> list[QualityRecord]:
+    """Return which topics have other times than they state, and which records share one."""
+    early = {s.name: int(np.count_nonzero(p.stamp < 0)) - 1 for s, p in found}
+    told: list[tuple[Kind, str, dict[str, int]]] = [
+        (
+            "repaired",
+            "have stamps that contradict their place in the file, which decides",
+            {s.name: p.wrong for s, p in found if not p.is_still},
+        ),
+        (
+            "repaired",
+            "have stamps that stand still: their place in the file decides",
+            {s.name: p.wrong for s, p in found if p.is_still},
+        ),
+        (
+            "duplicate",
+            "were published before the log began: the last one of each topic stands at t = 0",
+            early,
+        ),
+        (
+            "duplicate",
+            "have the time of another one: the last is kept",
+            {s.name: p.stamp.size - p.t.size - max(early[s.name], 0) for s, p in found},
+        ),
+    ]
     made = []
-    for is_still, words in ((False, "contradict their place in the file"), (True, "stand still")):
-        some = [(s.name, p.wrong) for s, p in found if p.wrong and p.is_still == is_still]
+    for kind, words, counts in told:
+        some = sorted((-count, name) for name, count in counts.items() if count > 0)
         if some:
-            total = sum(count for _, count in some)
-            names = ", ".join(f"{name} {count}" for name, count in sorted(some)[:6])
-            more = f" and {len(some) - 6} more topics" if len(some) > 6 else ""
-            text = f"{total} records have stamps that {words}, the place decides: {names}{more}"
-            made.append(QualityRecord("repaired", None, None, None, total, text))
+            total = -sum(count for count, _ in some)
+            names = ", ".join(f"{name} {-count}" for count, name in some[:_NAMED])
+            more = f" and {len(some) - _NAMED} more topics" if len(some) > _NAMED else ""
+            text = f"{total} records {words} ({names}{more})"
+            made.append(QualityRecord(kind, None, None, None, total, text))
     return made
 
 
@@ -199,7 +223,7 @@ def clock(known: Reference, t: Floats, utc: Floats) -> Clock:
     parts = [gap[piece == k] for k in range(start.size)]
     offset = np.array([np.median(part) if part.size else np.nan for part in parts])
     late = np.abs(gap - offset[piece])
-    uncertainty = float(np.quantile(late, 0.95)) if late.size else np.nan
+    uncertainty = float(np.quantile(late, 0.95)) if late.size > 1 else np.nan
     boot = -known.offset if known.at.size else np.full(start.size, np.nan)
     source = "vehicle" if late.size else "none"
     return Clock(start, boot, offset, 0.0 if known.at.size else np.nan, uncertainty, source)

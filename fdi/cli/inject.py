@@ -1,0 +1,55 @@
+"""The command ``fdi inject``: a healthy log with a known fault."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rich_click as click
+
+from fdi.cli.completion import FILE, model_names
+from fdi.cli.output import answer
+from fdi.errors import OutputError
+
+
+@click.command(
+    epilog="Example: fdi inject flight.tlog --fault GPS_RAW_INT.alt:bias=15@60:90 --out bad.tlog"
+)
+@click.argument("log", metavar="LOG", type=FILE)
+@click.option(
+    "--fault",
+    required=True,
+    metavar="SPEC",
+    help="CHANNEL|COMPONENT:bias|drift|freeze|noise|scale|dropout[=SIZE]@START[:END], SIZE in the "
+    "channel's SI unit (drift: per second, scale: factor, noise: one sigma, dropout: share lost), "
+    "seconds of the log's clock.",
+)
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
+)
+@click.option(
+    "--model",
+    default="auto",
+    metavar="NAME|FILE|auto",
+    shell_complete=model_names,
+    help="Says which channels a COMPONENT has.",
+)
+@click.option("--force", is_flag=True, help="Replace FILE where it exists.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
+def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
+    """Write LOG with a fault, in the same format, everything else as it was.
+
+    A dropout leaves out the records of the whole message. ULogs cannot be written yet.
+    """
+    from fdi.evaluation.inject import injected
+    from fdi.evaluation.injected_fault import parse_fault
+    from fdi.report.folder import write_file
+    from fdi.report.words import clean
+    from fdi.telemetry import read
+
+    wanted = parse_fault(fault)
+    if out.exists() and (not force or (Path(log).exists() and out.samefile(log))):
+        raise OutputError("exists", where=str(out), hint="name another file, or give --force")
+    write_file(out, injected(read(log), wanted, model=model))
+    if not quiet:
+        answer(f"{clean(out)}\n")
+    return 0
