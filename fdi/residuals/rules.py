@@ -35,7 +35,7 @@ from itertools import combinations, islice
 from typing import Final
 
 from fdi.model.system import EdgeKind, SystemEquation
-from fdi.residuals.graph import strong_components
+from fdi.structure.loops import strong_components
 
 DERIVATIVE_COST: Final = 100.0
 MAX_TRIES: Final = 5_000

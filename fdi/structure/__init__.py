@@ -25,26 +25,34 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``placement.py``: minimal sets of added sensors
 - ``additions.py``: minimal sets of whatever can be added
 - ``explain.py``: why faults cannot be told apart, and what would separate them
+- ``computation.py``: what can be computed from what, where not every entry can be solved along
+- ``sequence.py``, ``loops.py``: valid sequences of a set, and what stands against the others
+- ``selection.py``: a test for a purpose, a small bank for all purposes; its parts are
+  ``purposes.py``, ``finder.py``, ``leaving.py`` and ``cover.py``
 - ``adapters.py``: models from and to networkx, scipy, sympy, the toolbox of record
 - ``frames.py``, ``plot.py``, ``display.py``: matrices with names, pictures, tables for notebooks
 """
 
+from fdi.structure.computation import Rules
 from fdi.structure.decomposition import decompose, graph_components
 from fdi.structure.equivalence import classes
 from fdi.structure.incidence import Fault, Model, bitset, members, submodel
 from fdi.structure.isolability import detectable, isolability
 from fdi.structure.placement import place_sensors
 from fdi.structure.reference import load_reference
+from fdi.structure.selection import find_test, select_tests
 from fdi.structure.testsets import count_bound, mso_sets, mtes_sets
 
 __all__ = [
     "Fault",
     "Model",
+    "Rules",
     "bitset",
     "classes",
     "count_bound",
     "decompose",
     "detectable",
+    "find_test",
     "graph_components",
     "isolability",
     "load_reference",
@@ -52,5 +60,6 @@ __all__ = [
     "mso_sets",
     "mtes_sets",
     "place_sensors",
+    "select_tests",
     "submodel",
 ]

@@ -7,6 +7,7 @@ derivative) is not asked here.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,13 +95,17 @@ def maximum_matching(rows: Rows, n_unknowns: int) -> Matching:
     return Matching(np.array(equation_of, dtype=np.intp), np.array(unknown_of, dtype=np.intp))
 
 
-def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
+def match(
+    rows: Rows, n_unknowns: int, start: Sequence[int] | None = None
+) -> tuple[list[int], list[int]]:
     """Return a maximum matching as two lists, which pure Python indexes faster than arrays.
 
     Parameters
     ----------
     rows, n_unknowns
         As for :func:`maximum_matching`.
+    start : sequence of int, optional
+        A matching to begin with: the unknown of each equation, -1 where it has none.
 
     Returns
     -------
@@ -118,7 +123,14 @@ def match(rows: Rows, n_unknowns: int) -> tuple[list[int], list[int]]:
     """
     equation_of = [-1] * n_unknowns
     unknown_of = [-1] * len(rows)
+    if start is not None:
+        unknown_of = list(start)
+        for equation, unknown in enumerate(unknown_of):
+            if unknown >= 0:
+                equation_of[unknown] = equation
     for equation, row in enumerate(rows):
+        if unknown_of[equation] >= 0:
+            continue
         for unknown in row:
             if equation_of[unknown] < 0:
                 equation_of[unknown] = equation

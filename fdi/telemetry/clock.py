@@ -34,7 +34,8 @@ REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
 PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between two recordings
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
-_MANY: Final = 10_000  # stamps whose median is a right one
+_BLOCK: Final = 1 << 15  # records looked at together: they stay in the cache
+_FAR_US: Final = 3 * 86_400_000_000  # from the rest of the file: no stamp of this recording
 _SINGLE: Final = 20  # more findings of one kind are told as one
 _LARGEST_US: Final = 2**61  # stamps beyond (year 75,000) only have to stay in range
 _MOST_JUMPS: Final = 1000  # of the recorder's clock; each costs a pass over the file
@@ -109,26 +110,29 @@ class Timeline:
     zero: float
     quality: tuple[QualityRecord, ...]
 
-    def from_boot(self, rows: Ints, seconds: Floats, *, wrap: float, slack: float) -> Floats:
-        """Return t from a time since boot that the records carry; ``created`` where it is unlikely.
+    def offset_of(self, rows: Ints) -> Floats:
+        """Return s, for some of the records: t = seconds since boot + offset."""
+        return _offset_of(self.offset, self.boot, rows)
 
-        Parameters
-        ----------
-        rows : (m,) int
-            The records.
-        seconds : (m,) float, s
-            What they say; may have wrapped at ``wrap`` seconds.
-        slack : float
-            s; more than that from the other records' clock is no time of this record.
-        """
-        created = self.created[rows]
-        t = seconds + _offset_of(self.offset, self.boot, rows)
+
+def likely_times(t: Floats, created: Floats, *, wrap: float, slack: float) -> Floats:
+    """Return the times that records give themselves, ``created`` where they are unlikely.
+
+    Parameters
+    ----------
+    t : (m,) float, s
+        What they say; may have wrapped at ``wrap`` seconds.
+    created : (m,) float, s
+        `Timeline.created` of these records.
+    slack : float
+        s; more than that from the other records' clock is no time of this record.
+    """
+    far = np.abs(created - t)
+    if (far > wrap / 2).any():
+        t = t + np.rint((created - t) / wrap) * wrap
         far = np.abs(created - t)
-        if (far > wrap / 2).any():
-            t += np.rint((created - t) / wrap) * wrap
-            far = np.abs(created - t)
-        fits = far <= slack
-        return t if fits.all() else np.where(fits, t, created)
+    fits = far <= slack
+    return t if fits.all() else np.where(fits, t, created)
 
 
 def _offset_of(offset: Floats, boot: Ints, rows: Ints) -> Floats:
@@ -151,7 +155,7 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     """
     zero_us, arrival, quality = _repair_stamps(stamp_us)
     zero = zero_us / 1e6
-    main = main[~_spikes(boot_ms[main].astype(np.float64) / 1000, SPIKE_S)]
+    main = np.delete(main, _spikes(boot_ms[main], SPIKE_S * 1e3))
     if not main.size:
         arrival, more = _shorten_pauses(arrival, np.empty(0, np.int64), np.zeros(1, np.int64))
         none = np.zeros(stamp_us.size, np.int64)
@@ -172,7 +176,8 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     first = _first_of_boots(at, seconds, arrival)
     arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
     arrival, pauses = _shorten_pauses(arrival, at, first)
-    boot = np.repeat(np.arange(first.size), np.diff(first, append=stamp_us.size))
+    number = np.arange(first.size, dtype=np.min_scalar_type(first.size))
+    boot = np.repeat(number, np.diff(first, append=stamp_us.size))
     delay = arrival[at] - seconds
     offset = np.minimum.reduceat(delay, np.searchsorted(at, first))
     delay -= _offset_of(offset, boot, at)
@@ -180,12 +185,12 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     wrapped = np.abs(late) > _MS_WRAP / 2
     if wrapped.any():
         late -= np.rint(late / _MS_WRAP) * _MS_WRAP
-    created = _created(arrival, rows, late, np.interp(rows, at, delay), first)
     reboots = [
         _finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in first[1:]
     ]
+    _take_off_delays(arrival, rows, late, np.interp(rows, at, delay), first)
     return Timeline(
-        created,
+        arrival,
         boot,
         offset,
         first,
@@ -199,28 +204,38 @@ def _tell_nothing(stamp_us: NDArray[np.uint64], seconds: Floats) -> bool:
     """Return whether the stamps stand still or leap about while the vehicle's own clock runs."""
     if seconds.size < 2 or np.any(seconds[1:] < seconds[:-1]):
         return False
-    stamps = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
-    backward = np.count_nonzero(stamps[1:] - stamps[:-1] < -STEP_S * 1e6) / stamps.size
-    run = float(stamps.max() - stamps.min()) / 1e6
-    return bool(backward > MOST_BACKWARD or run < LEAST_RUN * float(np.ptp(seconds)))
+    back = np.flatnonzero(stamp_us[1:] < stamp_us[:-1])
+    backward = np.count_nonzero(stamp_us[back] - stamp_us[back + 1] > STEP_S * 1e6)
+    run = float(stamp_us.max() - stamp_us.min()) / 1e6
+    share = backward / stamp_us.size
+    return bool(share > MOST_BACKWARD or run < LEAST_RUN * float(np.ptp(seconds)))
 
 
-def _created(arrival: Floats, rows: Ints, late: Floats, delay: Floats, first: Ints) -> Floats:
-    """Return when the records were made: their stamps less the delay of the timed ones around them.
+def _take_off_delays(arrival: Floats, rows: Ints, late: Floats, delay: Floats, first: Ints) -> None:
+    """Make of arrival when the records were made: less the delay of the timed ones around them.
 
     ``late`` is the delay of the timed records by the time that they give themselves, ``delay`` what
     the trusted message suggests there; a record that says something else (another clock, a stale
     value) is left out.
     """
-    created = arrival.copy()
     fits = np.abs(late - delay) < 0.5 * SPIKE_S
     if not fits.all():
         rows, late = rows[fits], late[fits]
     for low, high in zip(first.tolist(), [*first[1:].tolist(), arrival.size], strict=True):
-        part = slice(*np.searchsorted(rows, [low, high]))
-        if rows[part].size:
-            created[low:high] -= np.interp(np.arange(low, high), rows[part], late[part])
-    return created
+        known = slice(*np.searchsorted(rows, [low, high]))
+        if rows[known].size:
+            _take_off(arrival, low, high, rows[known], late[known])
+
+
+def _take_off(arrival: Floats, low: int, high: int, rows: Ints, late: Floats) -> None:
+    """Take off the delay from records low to high, linear between the rows where it is known."""
+    for first in range(low, high, _BLOCK):
+        last = min(first + _BLOCK, high)
+        near = slice(
+            max(int(np.searchsorted(rows, first, side="right")) - 1, 0),
+            int(np.searchsorted(rows, last)) + 1,
+        )
+        arrival[first:last] -= np.interp(np.arange(first, last), rows[near], late[near])
 
 
 MOST_BACKWARD: Final = 0.05
@@ -234,48 +249,44 @@ def _finding(kind: Kind, t: float, count: int, text: str) -> QualityRecord:
     return QualityRecord(kind, None, t, t, count, text)
 
 
-def _spikes(values: Floats, limit: float) -> NDArray[np.bool_]:
-    """Return which values leave the median of the five around them (none while they ascend)."""
+def _spikes(values: Ints | Floats, limit: float) -> Ints:
+    """Return where values leave the median of the five around them (nowhere while they ascend)."""
     n = values.size
-    far = np.zeros(n, np.bool_)
     steps_back = np.flatnonzero(values[1:] < values[:-1])
     if n < 3 or not steps_back.size:
-        return far
-    # two records away from any step back the five ascend, and the middle one is their median
+        return np.empty(0, np.int64)
+    # away from any step back the five ascend, and the middle one is their median
     rows = np.unique(np.clip(steps_back[:, None] + np.arange(-2, 4), 0, n - 1))
-    padded = np.concatenate((np.repeat(-np.inf, 2), values, np.repeat(np.inf, 2)))
-    windows = padded[rows[:, None] + np.arange(5)]
-    # at the ends the padding keeps an ascending sequence its own median
-    far[rows] = np.abs(values[rows] - np.median(windows, axis=1)) > limit
+    around = rows[:, None] + np.arange(-2, 3)
+    windows = np.asarray(values[np.clip(around, 0, n - 1)], np.float64)
+    # beyond the ends, what keeps an ascending sequence its own median
+    windows[around < 0], windows[around >= n] = -np.inf, np.inf
+    far: Ints = rows[np.abs(values[rows] - np.median(windows, axis=1)) > limit]
     return far
 
 
 def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
     """Return the first stamp (us), and all from there in s, ascending but for jitter."""
-    signed = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
-    # any right stamp will do as origin; the median of many is one, the median of all takes longer
-    origin = int(np.median(signed[:: signed.size // _MANY + 1])) if signed.size else 0
-    seconds = (signed - origin) / 1e6  # differences first: float64 holds 1.6e15 us to 0.25 us only
-    wrong = _spikes(seconds, SPIKE_S) | _far_ends(seconds)
-    quality = []
-    if wrong.any() and not wrong.all():
-        right = np.flatnonzero(~wrong)
-        seconds = np.interp(np.arange(seconds.size), right, seconds[right])
-    back = np.flatnonzero(seconds[1:] - seconds[:-1] < -STEP_S) + 1
-    zero = origin + round(float(seconds[0]) * 1e6) if seconds.size else 0
-    zero = min(max(zero, 0), _LARGEST_US)
-    arrival = (signed - zero) / 1e6
-    if wrong.any():
-        arrival = np.where(wrong, seconds - (zero - origin) / 1e6, arrival)
-    steps = seconds[back] - seconds[back - 1]
+    # whole microseconds as long as possible: float64 holds 1.6e15 us to 0.25 us only
+    stamps = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
+    wrong = np.union1d(_spikes(stamps, SPIKE_S * 1e6), _far_ends(stamps))
+    if 0 < wrong.size < stamps.size:
+        right = np.delete(np.arange(stamps.size), wrong)
+        stamps[wrong] = np.rint(np.interp(wrong, right, stamps[right])).astype(np.int64)
+    zero = min(max(int(stamps[0]), 0), _LARGEST_US) if stamps.size else 0
+    stamps -= zero
+    arrival = stamps / 1e6
+    back = np.flatnonzero(arrival[1:] < arrival[:-1]) + 1
+    back = back[arrival[back] - arrival[back - 1] < -STEP_S]
+    steps = arrival[back] - arrival[back - 1]
     if back.size:
-        shift = np.zeros(seconds.size)
+        shift = np.zeros(arrival.size)
         shift[back] = -steps
         arrival += np.cumsum(shift)
-    if wrong.any():
-        at = float(arrival[np.flatnonzero(wrong)[0]])
-        text = f"{int(wrong.sum())} record stamps are wrong: interpolated"
-        quality.append(_finding("repaired", at, int(wrong.sum()), text))
+    quality = []
+    if wrong.size:
+        text = f"{wrong.size} record stamps are wrong: interpolated"
+        quality.append(_finding("repaired", float(arrival[wrong[0]]), wrong.size, text))
     jumps = [
         _finding(
             "clock_jump",
@@ -297,13 +308,13 @@ def _told_as_one(found: list[QualityRecord]) -> list[QualityRecord]:
     return [QualityRecord(first.kind, None, first.start, last.start, len(found), text)]
 
 
-def _far_ends(seconds: Floats) -> NDArray[np.bool_]:
-    """Return a mask of the first or last stamp where it lies days from its neighbour."""
-    far = np.zeros(seconds.size, np.bool_)
-    if seconds.size > 2:
-        far[0] = seconds[1] - seconds[0] > 3 * 86400
-        far[-1] = seconds[-1] - seconds[-2] > 3 * 86400
-    return far
+def _far_ends(stamps: Ints) -> Ints:
+    """Return the first or last row where its stamp (us) lies days from its neighbour's."""
+    if stamps.size < 3:
+        return np.empty(0, np.int64)
+    is_far = np.array([stamps[1] - stamps[0] > _FAR_US, stamps[-1] - stamps[-2] > _FAR_US])
+    rows: Ints = np.array([0, stamps.size - 1])[is_far]
+    return rows
 
 
 def _unwrap_ms(boot_ms: Ints) -> Floats:

@@ -9,8 +9,8 @@ from fdi import structure
 from fdi.model.expression import Apply, Symbol
 from fdi.model.parts import Kind
 from fdi.model.system import SystemEquation
-from fdi.residuals.graph import strong_components
 from fdi.residuals.rules import NoMatching, ValidMatching, cheapest_matching
+from fdi.structure.loops import strong_components
 
 from . import naive
 

@@ -80,3 +80,30 @@ def paper_model(faults):
         ),
         name=data["model"],
     )
+
+
+@st.composite
+def ruled_models(draw):
+    """A model with entries along which equations cannot be solved, and differential constraints."""
+    n = draw(st.integers(1, 4))
+    unknowns = st.integers(0, n - 1)
+    rows, nonsolvable, derivative = [], [], []
+    for equation in range(draw(st.integers(1, n + 3))):
+        if n > 1 and draw(st.integers(0, 4)) == 0:
+            state, slope = draw(st.lists(unknowns, min_size=2, max_size=2, unique=True))
+            rows.append((state, slope))
+            derivative += [(equation, state, "i"), (equation, slope, "d")]
+        else:
+            row = draw(st.lists(unknowns, min_size=1, max_size=3, unique=True))
+            rows.append(tuple(row))
+            nonsolvable += [(equation, u) for u in row if draw(st.integers(0, 3)) == 0]
+    where = st.lists(st.integers(0, len(rows) - 1), min_size=1, max_size=2)
+    faults = draw(st.lists(where, min_size=1, max_size=5))
+    return Model(
+        tuple(f"e{i}" for i in range(len(rows))),
+        tuple(f"x{i}" for i in range(n)),
+        tuple(rows),
+        tuple(Fault(f"f{i}", tuple(equations)) for i, equations in enumerate(faults)),
+        tuple(derivative),
+        tuple(nonsolvable),
+    )

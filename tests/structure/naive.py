@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import combinations
+from types import SimpleNamespace
+
+from residuals import naive as published_rules
 
 from fdi.structure import Model
 
@@ -191,3 +194,29 @@ def permuted(model, order):
         tuple(model.rows[i] for i in order),
         tuple(type(f)(f.name, tuple(place[e] for e in f.equations)) for f in model.faults),
     )
+
+
+def sequences(model, equations):
+    """Every valid {equation: unknown} of a set by the published rules, word by word."""
+    kinds = dict.fromkeys(model.nonsolvable, "fixed")
+    kinds |= {(e, u): {"i": "integral", "d": "derivative"}[k] for e, u, k in model.derivative}
+    rows = [
+        SimpleNamespace(edges={u: kinds.get((e, u), "solvable") for u in model.rows[e]})
+        for e in equations
+    ]
+    return [
+        {equations[i]: unknown for i, unknown in pairs.items()}
+        for pairs in published_rules.matchings(rows)
+        if published_rules.is_valid(rows, pairs)
+    ]
+
+
+def purposes(model, sets, columns):
+    """Which (fault, column) pairs the sets serve; a column is a set of equations to do without."""
+    return {
+        (i, j)
+        for own in sets
+        for i, fault in enumerate(model.faults)
+        for j, column in enumerate(columns)
+        if not own.isdisjoint(fault.equations) and own.isdisjoint(column)
+    }

@@ -174,8 +174,8 @@ def test_appended_crash_dump_is_told(load):
     ("data", "words"),
     [
         (build.header()[:12], "less than its header"),
-        (build.header(), "without a record"),
-        (build.header() + b"".join(build.definitions()), "without a record"),
+        (build.header(), "without data"),
+        (build.header() + b"".join(build.definitions()), "without data"),
         (build.header() + build.flag_bits(4) + b"".join(build.records()), "newer reader"),
         (b"ULogEnc" + bytes(40), "encrypted"),
     ],
@@ -234,3 +234,35 @@ def test_records_of_before_the_log_and_of_one_time_are_counted_apart(load):
     counts = {q.text.split("(")[1]: q.count for q in log.quality if q.kind == "duplicate"}
     assert counts == {"wave 3)": 3, "wave 4)": 4}  # a record at 0.0 s and three at 4.9 s
     assert len(log["wave"]) == 50
+
+
+def test_log_that_defines_no_topic_is_refused_with_their_names(load):
+    formats = [part for part in build.definitions() if part[2:3] != b"F"]
+    with pytest.raises(LogError, match="does not define: motors, vehicle_status, wave"):
+        load(b"".join([build.header(), *formats, *build.records()]))
+
+
+def test_topics_with_absurdly_many_fields_are_told_and_not_listed(load):
+    wide = [
+        part
+        for i in range(3)
+        for part in (
+            build.topic(f"wide_{i}:uint64_t timestamp;uint8_t[40000] x;"),
+            build.subscribe(30 + i, f"wide_{i}"),
+        )
+    ]
+    rows = [build.data(30 + i % 3, "Q40000s", 2_000_000 + i, b"") for i in range(6)]
+    parts = [p for row in rows for p in (row, *build.records(1, 3_000_000))]
+    log = load(b"".join([build.header(), *build.definitions(), *wide, *build.records(), *parts]))
+    assert [key for key in log.messages if key.startswith("wide")] == ["wide_0", "wide_1"]
+    told = [q for q in log.quality if q.kind == "unknown_message"]
+    assert len(told) == 2
+    assert all("wide_2" in q.text for q in told)
+
+
+def test_fields_of_one_name_are_told_apart(load):
+    parts = [build.topic("a:uint64_t timestamp;uint8_t x;uint8_t x;"), build.subscribe(40, "a")]
+    rows = [build.data(40, "QBB", 2_000_000 + i, 1, 2) for i in range(3)]
+    log = load(b"".join([build.header(), *build.definitions(), *parts, *rows]))
+    assert log["a"].fields == ("timestamp", "x", "x_2")
+    assert log["a"].raw("x_2").tolist() == [2, 2, 2]

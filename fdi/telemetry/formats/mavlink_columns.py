@@ -35,28 +35,39 @@ KEPT: Final = 256 << 20
 class Payloads:
     """The payloads of one message of one sender, (m,) each.
 
-    ``rows``: which frames of the file.
+    ``rows``: which frames of the file. The first field that is asked for brings all of them: to
+    find the payloads in the file takes much longer than to take them apart.
     """
 
     definition: MessageDefinition
     frames: Frames
     rows: Ints
-    _cache: dict[str, Any] = field(default_factory=dict)
+    _cache: dict[int, NDArray[Any]] = field(default_factory=dict)  # by offset in the payload
 
     def of(self, chosen: NDArray[np.bool_]) -> Payloads:
         """Return the payloads of some of the frames, by a mask (m,)."""
-        block = {"block": self._cache["block"][chosen]} if "block" in self._cache else {}
-        return Payloads(self.definition, self.frames, self.rows[chosen], block)
+        made = Payloads(self.definition, self.frames, self.rows[chosen])
+        made._cache.update((key, known[chosen]) for key, known in self._cache.items())
+        return made
 
-    def block(self) -> Bytes:
-        """Return (m, size) bytes: the payloads at full length, what was cut is zero."""
-        if "block" in self._cache:
-            kept: Bytes = self._cache["block"]
-            return kept
-        block = self._gathered(0, self.definition.size)
-        if self.frames.data.size <= KEPT:
-            self._cache["block"] = block
-        return block
+    def take_apart(self, block: Bytes) -> None:
+        """Keep every field of the payloads, from (m, size) bytes at full length."""
+        for wanted in self.definition.fields:
+            kind = np.dtype(wanted.dtype)
+            for place in range(max(wanted.count, 1)):
+                at = wanted.offset + place * kind.itemsize
+                # as items of the field's type, not as bytes: numpy copies these ten times as fast
+                items = block[:, at : at + kind.itemsize].view(kind)[:, 0]
+                self._cache[at] = np.ascontiguousarray(items)
+
+    def _part(self, at: int, kind: np.dtype[Any]) -> NDArray[Any]:
+        """Return an item of every payload, (m,): what was cut is zero."""
+        if at not in self._cache:
+            if self.frames.data.size > KEPT:
+                return self._gathered(at, at + kind.itemsize).view(kind)[:, 0]
+            self.take_apart(self._gathered(0, self.definition.size))
+        part: NDArray[Any] = self._cache[at]
+        return part
 
     def _gathered(self, low: int, high: int) -> Bytes:
         """Return the bytes from low to high of every payload, (m, high - low)."""
@@ -67,41 +78,27 @@ class Payloads:
             block[length == short, max(short - low, 0) :] = 0
         return block
 
-    def bytes_of(self, offset: int, width: int) -> Bytes:
-        """Return some bytes of every payload, (m, width), perhaps not contiguous."""
-        if "block" in self._cache or self.frames.data.size <= KEPT:
-            return self.block()[:, offset : offset + width]
-        return self._gathered(offset, offset + width)
-
     def values(self, wanted: FieldDefinition, index: int | None = None) -> NDArray[Any]:
         """Return one field, (m,), of an array field one entry; texts as `str`."""
-        if wanted.is_text:
-            return self._texts(wanted)
         kind = np.dtype(wanted.dtype)
-        part = self.bytes_of(wanted.offset + kind.itemsize * (index or 0), kind.itemsize)
-        # as items of the field's type, not as bytes: numpy copies these ten times as fast
-        items: NDArray[Any] = part.view(kind)[:, 0]
-        return np.ascontiguousarray(items)
-
-    def _texts(self, wanted: FieldDefinition) -> NDArray[Any]:
-        distinct, kind = self.texts(wanted.name)
+        if not wanted.is_text:
+            return self._part(wanted.offset + kind.itemsize * (index or 0), kind)
+        distinct, which = self.texts(wanted.name)
         out = np.empty(len(distinct), object)
         out[:] = distinct
-        return out[kind]
+        return out[which]
 
     def texts(self, name: str) -> tuple[list[str], Ints]:
         """Return the different texts of a field, and which of them every record has, (m,).
 
         They are cut at the first NUL; bytes beyond ASCII become U+FFFD.
         """
-        if name not in self._cache:
-            wanted = next(f for f in self.definition.fields if f.name == name)
-            rows = self.bytes_of(wanted.offset, np.dtype(wanted.dtype).itemsize)
-            first, kind = kinds_of_rows(rows)
-            whole = [bytes(row).split(b"\0")[0].decode("ascii", "replace") for row in rows[first]]
-            self._cache[name] = whole, kind
-        found: tuple[list[str], Ints] = self._cache[name]
-        return found
+        wanted = next(f for f in self.definition.fields if f.name == name)
+        rows = self._part(wanted.offset, np.dtype(wanted.dtype))
+        rows = rows.view(np.uint8).reshape(rows.size, -1)
+        first, which = kinds_of_rows(rows)
+        whole = [bytes(row).split(b"\0")[0].decode("ascii", "replace") for row in rows[first]]
+        return whole, which
 
     def field(self, name: str) -> NDArray[Any]:
         """Return one field by name."""

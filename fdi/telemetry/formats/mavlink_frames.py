@@ -71,7 +71,7 @@ class Frames:
     start: Ints
     length: NDArray[np.uint8]
     version: NDArray[np.uint8]
-    number: NDArray[np.int32]
+    number: NDArray[np.uint16]
     sequence: NDArray[np.uint8]
     system: NDArray[np.uint8]
     component: NDArray[np.uint8]
@@ -130,7 +130,7 @@ def find_frames(data: Bytes, checks: FrameChecks) -> Frames:
 def _walked(data: Bytes, checks: FrameChecks, walk: _Walk) -> tuple[Frames, Ints]:
     """Return the joined frames, and where other candidates begin."""
     room = data.size // 16 + 1  # memory that is not written is not used
-    start, number = np.empty(room, np.int64), np.empty(room, np.int32)
+    start, number = np.empty(room, np.int64), np.empty(room, np.uint16)
     stamp = np.empty(room, np.uint64)
     length, version, sequence, system, component = (np.empty(room, np.uint8) for _ in range(5))
     arrays = (start, length, version, number, sequence, system, component, stamp)
@@ -323,7 +323,7 @@ def _describe(data: Bytes, start: Ints) -> Frames:
         start,
         head[:, 9].copy(),
         is_v2 + np.uint8(1),
-        _numbers(head[:, 8:], is_v2),
+        _numbers(head[:, 8:], is_v2).astype(np.uint16),
         sequence,
         system,
         component,

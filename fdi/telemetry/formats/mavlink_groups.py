@@ -4,13 +4,15 @@ In: the `Frames` of a file. Out: the rows of every sender's frames, and the `Pay
 message of every sender. Senders and messages are numbered from 0 first: numpy sorts such small
 numbers by counting, in a tenth of the time.
 
-The compiled code puts all payloads in their places in one pass over the file. With numpy they are
-gathered message by message when a field is asked for, which costs five times as much for all.
+The compiled code puts all payloads in their places in one pass over the file, and takes them apart.
+With numpy they are gathered message by message when a field is asked for, which costs five times as
+much for all; so they are with a file that is too large for a second copy of it in memory.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -20,14 +22,12 @@ from fdi.telemetry.dialect import ID_LIMIT, MessageDefinition, definition
 from fdi.telemetry.formats.compiled import compiled
 from fdi.telemetry.formats.mavlink_columns import KEPT, Payloads
 from fdi.telemetry.formats.mavlink_frames import Frames
-from fdi.telemetry.formats.mavlink_kernels import number_groups, spread_payloads
+from fdi.telemetry.formats.mavlink_kernels import number_groups, spread_payloads, spread_values
 
 Ints = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
+Floats = NDArray[np.float64]
 Sender = tuple[int, int]  # system, component
-Groups = Mapping[tuple[int, int, int], Payloads]  # (system, component, message number)
-
-_Part = tuple[Ints, dict[str, Any]]  # rows, and what is known of the payloads
+Key = tuple[int, int, int]  # system, component, message number
 
 _SENDERS: Final = 1 << 16
 _FEW: Final = 8  # for so many numbers a pass for each is faster than sorting
@@ -42,26 +42,47 @@ def frames_by_sender(frames: Frames) -> dict[Sender, Ints]:
     }
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Groups:
+    """The frames of a file by sender and message.
+
+    ``payloads``: of every group, ascending by sender and number; ``group``: (n,), which one a frame
+    is in, by its place in ``keys``.
+    """
+
+    payloads: Mapping[Key, Payloads]
+    keys: tuple[Key, ...]
+    group: NDArray[Any]
+
+    def of_each(self, values: Floats) -> dict[Key, Floats]:
+        """Return the values (n,) of all frames group by group."""
+        some = self.payloads[self.keys[0]].frames
+        spread = compiled(spread_values, some.data.size)
+        if spread is None:
+            return {key: values[payloads.rows] for key, payloads in self.payloads.items()}
+        ends = np.cumsum([self.payloads[key].rows.size for key in self.keys])
+        out = np.empty(values.size)
+        spread(values, self.group, np.concatenate(([0], ends[:-1])), out)
+        return dict(zip(self.keys, np.split(out, ends[:-1]), strict=True))
+
+
 def group_payloads(frames: Frames) -> Groups:
-    """Return the payloads per sender and message, ascending by sender and number."""
-    count_on = compiled(number_groups, frames.data.size)
-    if count_on is None:
-        keys, group = _numbered_groups(frames)
+    """Return the frames by sender and message."""
+    number = compiled(number_groups, frames.data.size)
+    if number is None:
+        codes, group = _numbered_groups(frames)
     else:
         group = np.empty(frames.start.size, np.uint32)
-        keys = count_on(frames.system, frames.component, frames.number, group)
-    meanings = [_definition(key & 0xFFFF) for key in keys.tolist()]
+        codes = number(frames.system, frames.component, frames.number, group)
+    keys = tuple((code >> 24, code >> 16 & 0xFF, code & 0xFFFF) for code in codes.tolist())
+    meanings = [_definition(number) for _, _, number in keys]
     spread = compiled(spread_payloads, frames.data.size)
     if spread is None or frames.data.size > KEPT:
-        parts: list[_Part] = [(rows, {}) for rows in _rows(group, keys.size)]
+        rows = _rows(group, len(keys))
+        made = [Payloads(meaning, frames, rows[i]) for i, meaning in enumerate(meanings)]
     else:
-        parts = _spread(spread, frames, group, [meaning.size for meaning in meanings])
-    made = {}
-    for i in np.argsort(keys).tolist():
-        sender = int(keys[i]) >> 16
-        key = sender >> 8, sender & 0xFF, meanings[i].id
-        made[key] = Payloads(meanings[i], frames, *parts[i])
-    return made
+        made = _spread(spread, frames, group, meanings)
+    return Groups(dict(sorted(zip(keys, made, strict=True))), keys, group)
 
 
 def _numbered_groups(frames: Frames) -> tuple[Ints, NDArray[Any]]:
@@ -103,19 +124,27 @@ def _definition(number: int) -> MessageDefinition:
 
 
 def _spread(
-    spread: Callable[..., None], frames: Frames, group: NDArray[np.uint32], size: list[int]
-) -> list[_Part]:
-    """Return the rows and the block of payloads of every group."""
-    count = np.bincount(group, minlength=len(size))
+    spread: Callable[..., None],
+    frames: Frames,
+    group: NDArray[np.uint32],
+    meanings: list[MessageDefinition],
+) -> list[Payloads]:
+    """Return the payloads of every group, taken apart already."""
+    size = np.array([meaning.size for meaning in meanings])
+    count = np.bincount(group, minlength=size.size)
     last_row, last_byte = np.cumsum(count), np.cumsum(count * size)
     rows, flat = np.empty(last_row[-1], np.int64), np.empty(last_byte[-1], np.uint8)
     spread(
         frames.data,
         (frames.start, frames.version, frames.length, group),
-        np.array(size),
+        size,
         (last_row - count, last_byte - count * size),
         (rows, flat),
     )
+    made = []
     rows_of, bytes_of = np.split(rows, last_row[:-1]), np.split(flat, last_byte[:-1])
-    blocks = [part.reshape(-1, width) for part, width in zip(bytes_of, size, strict=True)]
-    return [(part, {"block": block}) for part, block in zip(rows_of, blocks, strict=True)]
+    for meaning, part, block in zip(meanings, rows_of, bytes_of, strict=True):
+        payloads = Payloads(meaning, frames, part)
+        payloads.take_apart(block.reshape(-1, meaning.size))
+        made.append(payloads)
+    return made

@@ -119,10 +119,9 @@ def lost_frames(sequence: NDArray[np.uint8]) -> int:
     return int((gaps - 1).sum())
 
 
-def link_records(sequence: NDArray[np.uint8], span: tuple[float, float]) -> Iterator[QualityRecord]:
+def link_records(arrived: int, lost: int, span: tuple[float, float]) -> Iterator[QualityRecord]:
     """Yield the share of the vehicle's frames that never arrived, where it is worth telling."""
-    lost = lost_frames(sequence)
-    sent = lost + sequence.size
+    sent = lost + arrived
     if lost > _WORTH_TELLING * sent:
         text = f"{lost} of {sent} messages ({lost / sent:.1%}) did not arrive, by their numbers"
         yield QualityRecord("gap", None, *span, lost, text)

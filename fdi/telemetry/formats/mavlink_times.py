@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.clock import Timeline, timeline
+from fdi.telemetry.clock import Timeline, likely_times, timeline
 from fdi.telemetry.formats.mavlink_columns import Payloads
 
 Ints = NDArray[np.int64]
@@ -33,13 +33,19 @@ def vehicle_timeline(stamp_us: NDArray[np.uint64], own: Mapping[int, Payloads]) 
     if not timed:
         none = np.empty(0, np.int64)
         return timeline(stamp_us, none, none, none)
-    # laid out over all frames, so that the file's order needs no sorting
-    boot_ms = np.full(stamp_us.size, -1, np.int64)
-    for payloads in timed:
-        boot_ms[payloads.rows] = payloads.field("time_boot_ms")
-    rows = np.flatnonzero(boot_ms >= 0)
+    rows, boot_ms = _boot_times(stamp_us.size, timed)
     main = max(timed, key=lambda payloads: payloads.rows.size)
-    return timeline(stamp_us, rows, boot_ms[rows], np.searchsorted(rows, main.rows))
+    return timeline(stamp_us, rows, boot_ms, np.searchsorted(rows, main.rows))
+
+
+def _boot_times(count: int, timed: list[Payloads]) -> tuple[Ints, Ints]:
+    """Return which of so many frames say when they were made, and what they say, ms."""
+    # laid out over all frames, so that the file's order needs no sorting
+    said, says = np.empty(count, np.uint32), np.zeros(count, np.bool_)
+    for payloads in timed:
+        said[payloads.rows], says[payloads.rows] = payloads.field("time_boot_ms"), True
+    rows = np.flatnonzero(says)
+    return rows, said[rows].astype(np.int64)
 
 
 def vehicle_utc(own: Mapping[int, Payloads]) -> tuple[Ints, Floats]:
@@ -52,21 +58,31 @@ def vehicle_utc(own: Mapping[int, Payloads]) -> tuple[Ints, Floats]:
     return pairs[0].rows[known], utc[known] / 1e6
 
 
-def record_times(payloads: Payloads, line: Timeline, *, own: bool) -> tuple[Floats, Ints]:
+def record_times(
+    payloads: Payloads, created: Floats, line: Timeline, every: Ints, *, own: bool
+) -> tuple[Floats, Ints]:
     """Return t, strictly ascending, and the records of the message that it belongs to.
 
-    ``own``: the vehicle itself sent it, so that its time is on the vehicle's clock.
+    Parameters
+    ----------
+    created : (m,) float, s
+        `Timeline.created` of these records.
+    every : int
+        0, 1, ... as far as any message needs it: most keep all records, and need no copy of it.
+    own : bool
+        The vehicle itself sent them, so that their time is on the vehicle's clock.
     """
-    t, every = line.created[payloads.rows], None
+    t, is_new = created, None
     has_time = payloads.has("time_boot_ms") or payloads.has("time_usec")
     if own and has_time and np.isfinite(line.offset).all():
         if payloads.has("time_boot_ms"):
             said = payloads.field("time_boot_ms") / 1000
-            t = line.from_boot(payloads.rows, said, wrap=_WRAP_MS, slack=_OWN_TIME_SLACK_S)
+            offset = line.offset_of(payloads.rows)
+            t = likely_times(said + offset, created, wrap=_WRAP_MS, slack=_OWN_TIME_SLACK_S)
         else:
-            t, every = _from_microseconds(payloads, line)
-    rows = np.arange(t.size) if every is None else np.flatnonzero(every)
-    t = t if every is None else t[rows]
+            t, is_new = _from_microseconds(payloads, created, line)
+    rows = every[: t.size] if is_new is None else np.flatnonzero(is_new)
+    t = t if is_new is None else t[rows]
     if (t[1:] - t[:-1] > (0.0 if has_time else _APART_S)).all():
         return t, rows
     order = np.argsort(t, kind="stable")
@@ -80,7 +96,7 @@ def record_times(payloads: Payloads, line: Timeline, *, own: bool) -> tuple[Floa
 
 
 def _from_microseconds(
-    payloads: Payloads, line: Timeline
+    payloads: Payloads, created: Floats, line: Timeline
 ) -> tuple[Floats, NDArray[np.bool_] | None]:
     """Return t from time_usec, and which records say something new; None: all do.
 
@@ -94,10 +110,9 @@ def _from_microseconds(
     if is_utc.any():
         said[is_utc] = np.nan
     slack = _WRAP_US if is_fix else _OWN_TIME_SLACK_S
-    t = line.from_boot(payloads.rows, said, wrap=_WRAP_US, slack=slack)
+    t = likely_times(said + line.offset_of(payloads.rows), created, wrap=_WRAP_US, slack=slack)
     if not is_fix:
         return t, None
-    created = line.created[payloads.rows]
     is_new = np.concatenate(([True], micros[1:] != micros[:-1]))
     since = created - created[np.maximum.accumulate(np.where(is_new, np.arange(t.size), 0))]
     is_stale = np.maximum(created - t, since) > _STALE_FIX_S

@@ -11,19 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.errors import UsageError
 from fdi.telemetry.catalogue import mavlink_autopilot, mavlink_vehicle
-from fdi.telemetry.formats.mavlink_frames import Frames
-from fdi.telemetry.formats.mavlink_groups import Groups, Sender
-from fdi.telemetry.formats.mavlink_quality import lost_frames
+from fdi.telemetry.formats.mavlink_columns import Payloads
+from fdi.telemetry.formats.mavlink_groups import Key, Sender
 from fdi.telemetry.log import Source
 
-Ints = NDArray[np.int64]
 Identities = Mapping[Sender, tuple[int, int] | None]  # (MAV_TYPE, MAV_AUTOPILOT), None: unknown
 
 RADIO: Final[Sender] = (51, 68)
@@ -32,6 +29,13 @@ RADIO: Final[Sender] = (51, 68)
 _GROUND_STATION: Final = 6  # MAV_TYPE_GCS
 _NO_AUTOPILOT: Final = 8  # MAV_AUTOPILOT_INVALID
 _HEARTBEAT: Final = 0
+
+
+class Sent(NamedTuple):
+    """How many frames of a sender are in the file, and how many are missing by their numbers."""
+
+    frames: int
+    lost: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +53,14 @@ class Vehicle:
         return self.system, self.component
 
 
-def identities(groups: Groups, senders: Mapping[Sender, Ints]) -> Identities:
+def identities(groups: Mapping[Key, Payloads]) -> Identities:
     """Return what every sender's heartbeats say that it is."""
-    return {sender: _identity(groups, sender) for sender in senders}
+    return {
+        sender: _identity(groups, sender) for sender in dict.fromkeys(key[:2] for key in groups)
+    }
 
 
-def _identity(groups: Groups, sender: Sender) -> tuple[int, int] | None:
+def _identity(groups: Mapping[Key, Payloads], sender: Sender) -> tuple[int, int] | None:
     """Return (MAV_TYPE, MAV_AUTOPILOT) that a sender's heartbeats name most often."""
     beats = groups.get((*sender, _HEARTBEAT))
     if beats is None:
@@ -65,7 +71,7 @@ def _identity(groups: Groups, sender: Sender) -> tuple[int, int] | None:
 
 
 def choose_vehicle(
-    senders: Mapping[Sender, Ints], known: Identities, system: int | None
+    senders: Mapping[Sender, Sent], known: Identities, system: int | None
 ) -> Vehicle:
     """Return the vehicle.
 
@@ -83,7 +89,7 @@ def choose_vehicle(
         kind = known[sender]
         flies = kind is not None and kind[0] != _GROUND_STATION and kind[1] != _NO_AUTOPILOT
         is_ground = (kind is not None and kind[0] == _GROUND_STATION) or sender == RADIO
-        return flies, not is_ground, senders[sender].size
+        return flies, not is_ground, senders[sender].frames
 
     sender = max(wanted, key=rank)
     kind = known[sender]
@@ -93,15 +99,14 @@ def choose_vehicle(
 
 
 def sources(
-    senders: Mapping[Sender, Ints], frames: Frames, known: Identities, vehicle: Vehicle
+    senders: Mapping[Sender, Sent], known: Identities, vehicle: Vehicle
 ) -> Iterator[Source]:
     """Yield every sender, ascending."""
-    for sender, rows in senders.items():
+    for sender, sent in senders.items():
         kind = known[sender]
         yield Source(
             *sender,
-            rows.size,
-            lost_frames(frames.sequence[rows]),
+            *sent,
             None if kind is None or kind[0] == _GROUND_STATION else mavlink_vehicle(kind[0]),
             None if kind is None or kind[1] == _NO_AUTOPILOT else mavlink_autopilot(kind[1]),
             sender == vehicle.sender,

@@ -9,7 +9,7 @@ radios, add messages that it does not send itself. Ground stations are only coun
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -24,18 +24,26 @@ from fdi.telemetry.dialect import frame_checks
 from fdi.telemetry.formats.mavlink_columns import Payloads, columns
 from fdi.telemetry.formats.mavlink_events import firmware, log_events, parameters
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
-from fdi.telemetry.formats.mavlink_groups import Groups, frames_by_sender, group_payloads
+from fdi.telemetry.formats.mavlink_groups import (
+    Groups,
+    Key,
+    Sender,
+    frames_by_sender,
+    group_payloads,
+)
 from fdi.telemetry.formats.mavlink_quality import (
     damage_records,
     duplicate_record,
     gap_records,
     link_records,
+    lost_frames,
 )
 from fdi.telemetry.formats.mavlink_repeats import without_repeats
 from fdi.telemetry.formats.mavlink_signs import vertical_speed_down
 from fdi.telemetry.formats.mavlink_times import record_times, vehicle_timeline, vehicle_utc
 from fdi.telemetry.formats.mavlink_vehicle import (
     RADIO,
+    Sent,
     Vehicle,
     choose_vehicle,
     identities,
@@ -44,6 +52,8 @@ from fdi.telemetry.formats.mavlink_vehicle import (
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
+
+Floats = NDArray[np.float64]
 
 _SNIFF: Final = 1 << 20  # bytes looked at a time when the format is in question
 _ENOUGH: Final = 3  # frames with a right checksum: by chance one comes in some 80 MB of noise
@@ -82,28 +92,24 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     frames = find_frames(data, frame_checks())
     if not frames.start.size:
         raise LogError("holds no MAVLink message with a right checksum", where=path.name)
-    senders = frames_by_sender(frames)
-    frames, repeats = without_repeats(frames, senders)
-    if repeats:
-        senders = frames_by_sender(frames)
+    frames, senders, repeats = _counted(frames)
     groups = group_payloads(frames)
-    known = identities(groups, senders)
+    known = identities(groups.payloads)
     vehicle = choose_vehicle(senders, known, system)
-    own = {key[2]: payloads for key, payloads in groups.items() if key[:2] == vehicle.sender}
+    own = {key[2]: made for key, made in groups.payloads.items() if key[:2] == vehicle.sender}
     line = vehicle_timeline(frames.stamp_us, own)
-    messages = _messages(groups, frames, line, vehicle)
+    created = groups.of_each(line.created)
+    span = _span([t for key, t in created.items() if key[:2] == vehicle.sender])
+    messages = _messages(groups, created, groups.of_each(_stamps(frames, line)), line, vehicle)
     messages, repaired = vertical_speed_down(messages)
     values, changes, named = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
-    own_rows = senders[vehicle.sender]
-    at = line.created[own_rows]
-    span = float(at.min()), float(at.max())
     quality = [
         *damage_records(frames, line),
         *line.quality,
         *repaired,
         *gap_records(messages),
-        *link_records(frames.sequence[own_rows], span),
+        *link_records(*senders[vehicle.sender], span),
         *repeats,
         *duplicate_record(messages),
     ]
@@ -123,8 +129,24 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         vehicle.autopilot,
         firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle)),
         vehicle.system,
-        tuple(sources(senders, frames, known, vehicle)),
+        tuple(sources(senders, known, vehicle)),
     )
+
+
+def _counted(frames: Frames) -> tuple[Frames, dict[Sender, Sent], list[QualityRecord]]:
+    """Return the frames without repeats, how many every sender sent, and what was left out."""
+    rows = frames_by_sender(frames)
+    frames, repeats = without_repeats(frames, rows)
+    if repeats:
+        rows = frames_by_sender(frames)
+    sent = {
+        sender: Sent(part.size, lost_frames(frames.sequence[part])) for sender, part in rows.items()
+    }
+    return frames, sent, repeats
+
+
+def _span(times: list[Floats]) -> tuple[float, float]:
+    return min(float(t.min()) for t in times), max(float(t.max()) for t in times)
 
 
 def _place(record: QualityRecord) -> tuple[float, str, str]:
@@ -132,7 +154,11 @@ def _place(record: QualityRecord) -> tuple[float, str, str]:
 
 
 def _messages(
-    groups: Groups, frames: Frames, line: Timeline, vehicle: Vehicle
+    groups: Groups,
+    created: Mapping[Key, Floats],
+    stamps: Mapping[Key, Floats],
+    line: Timeline,
+    vehicle: Vehicle,
 ) -> dict[str, Message]:
     """Return the chosen vehicle's messages by key, ascending."""
 
@@ -141,18 +167,18 @@ def _messages(
 
     made: dict[str, Message] = {}
     taken: set[str] = set()
-    zero_us = round(line.zero * 1e6)
-    for sender in sorted(groups, key=rank):
-        payloads = groups[sender]
+    every = np.arange(max(times.size for times in created.values()))
+    for sender in sorted(groups.payloads, key=rank):
+        payloads = groups.payloads[sender]
         name, system = payloads.definition.name, sender[0]
         is_radio = sender[:2] == RADIO and name in ("RADIO", "RADIO_STATUS")
         if (system != vehicle.system and not is_radio) or name in taken:
             continue
         taken.add(name)
-        for instance, part in _instances(payloads):
+        for instance, part, rows in _instances(payloads):
             is_own = sender[:2] == vehicle.sender
-            t, kept = record_times(part, line, own=is_own)
-            stamp = _stamps(frames.stamp_us[part.rows], zero_us)
+            t, kept = record_times(part, created[sender][rows], line, every, own=is_own)
+            stamp = stamps[sender][rows]
             fields = columns(part, autopilot=vehicle.autopilot, vehicle=vehicle.vehicle)
             for array in (t, kept, stamp):
                 array.flags.writeable = False
@@ -161,20 +187,30 @@ def _messages(
     return dict(sorted(made.items()))
 
 
-def _stamps(stamp_us: NDArray[np.uint64], zero_us: int) -> NDArray[np.float64]:
+def _stamps(frames: Frames, line: Timeline) -> Floats:
     """Return the recorder's stamps as they are, s since the file's first record."""
-    signed = np.minimum(stamp_us, np.uint64(2**62)).astype(np.int64)
-    since: NDArray[np.float64] = (signed - zero_us) / 1e6
+    signed = np.minimum(frames.stamp_us, np.uint64(2**62)).view(np.int64)
+    signed -= round(line.zero * 1e6)
+    since: Floats = signed / 1e6
     return since
 
 
-def _instances(payloads: Payloads) -> Iterator[tuple[int | None, Payloads]]:
-    """Yield the payloads per instance; instance 0 is None. Named instances stay together."""
+def _instances(
+    payloads: Payloads,
+) -> Iterator[tuple[int | None, Payloads, slice | NDArray[np.bool_]]]:
+    """Yield the payloads per instance, and which they are; instance 0 is None.
+
+    Named instances stay together.
+    """
     field = payloads.definition.instance_field
     numbers = None if field is None else payloads.field(field)
     if numbers is None or numbers.dtype.kind not in "iu":
-        yield None, payloads
+        yield None, payloads, slice(None)
         return
     distinct = np.unique(numbers).tolist()
+    if len(distinct) == 1:
+        yield distinct[0] or None, payloads, slice(None)
+        return
     for number in distinct:
-        yield number or None, payloads if len(distinct) == 1 else payloads.of(numbers == number)
+        here = numbers == number
+        yield number or None, payloads.of(here), here

@@ -70,6 +70,7 @@ _HEADER: Final = struct.Struct("<7sBQ")
 _FLAGS: Final = struct.Struct("<HB8s8s3Q")
 _APPENDED: Final = 1  # incompatible flag: there are parts appended later
 _UTC_RANGE_US: Final = (946684800e6, 4102444800e6)  # 2000 to 2100: what is outside is no UTC
+_NAMED: Final = 4  # topics that an error names
 _POSITIONS: Final = ("vehicle_gps_position", "sensor_gps")
 
 
@@ -89,7 +90,9 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     start_us, parts = _header(path, data)
     records = find_records(data, parts)
     if not records.rows:
-        raise LogError("is a ULog without a record of data", where=path.name)
+        names = ", ".join(records.undefined[:_NAMED])
+        what = f"whose topics it does not define: {names}" if names else "without data"
+        raise LogError(f"is a ULog {what}", where=path.name)
     topics = _topics(records.rows)
     store = Store(data, [Places(topic.layout, topic.at) for topic in topics])
     stamped = [topic.stamped() for topic in topics]

@@ -225,8 +225,11 @@ def _logged(body: bytes, start: int) -> Logged | None:
     return Logged(severity, stamp, body[start:].decode("utf-8", "replace"))
 
 
-def resolve(name: str, formats: Mapping[str, Format]) -> Layout | None:
-    """Return the layout of a format, None where a part of it is missing, circular or too large."""
+def extent(name: str, formats: Mapping[str, Format]) -> tuple[int, int] | None:
+    """Return the bytes of a format without and with the padding at its end.
+
+    None where a part of it is missing or circular, or where no message could hold it.
+    """
     sizes: dict[str, int] = {}
     full = _size(name, formats, sizes, _DEEPEST)
     if not full:
@@ -236,19 +239,29 @@ def resolve(name: str, formats: Mapping[str, Format]) -> Layout | None:
         if not member.name.startswith(_PADDING):
             break
         tail += _extent(member, sizes)
+    return full - tail, full
+
+
+def resolve(name: str, formats: Mapping[str, Format]) -> Layout | None:
+    """Return the layout of a format, None where it has no `extent`."""
+    found = extent(name, formats)
+    if found is None:
+        return None
     fields: list[Field] = []
-    _flatten(formats[name], formats, sizes, Field("", "", 0, ""), fields)
+    _flatten(formats[name], formats, Field("", "", 0, ""), fields)
     if len({one.name for one in fields}) < len(fields):
         fields = _told_apart(fields)
-    return Layout(name, tuple(fields), full - tail, full)
+    return Layout(name, tuple(fields), *found)
 
 
 def _told_apart(fields: Sequence[Field]) -> list[Field]:
     made: dict[str, Field] = {}
+    seen: dict[str, int] = {}
     for one in fields:
         label = one.name
         while label in made:
-            label += "_"
+            seen[one.name] = seen.get(one.name, 1) + 1
+            label = f"{one.name}_{seen[one.name]}"
         made[label] = one._replace(name=label)
     return list(made.values())
 
@@ -276,29 +289,27 @@ def _extent(member: Member, sizes: Mapping[str, int]) -> int:
 
 
 def _flatten(
-    known: Format,
-    formats: Mapping[str, Format],
-    sizes: Mapping[str, int],
-    inside: Field,
-    fields: list[Field],
-) -> None:
-    """Add the single values of a possible format; ``inside``: the beginning of names, offset."""
+    known: Format, formats: Mapping[str, Format], inside: Field, fields: list[Field]
+) -> int:
+    """Add the single values of a possible format; ``inside``: the beginning of names, offset.
+
+    Returns the offset behind it.
+    """
     prefix, plain, offset, _ = inside
     for kind, count, name in known.members:
-        one = _SIZES.get(kind) or sizes[kind]
-        full, bare = prefix + name, plain + name
-        if name.startswith(_PADDING):
-            pass
+        full, bare, times = prefix + name, plain + name, max(count, 1)
+        if name.startswith(_PADDING) and kind in TYPES:
+            offset += _SIZES[kind] * times
         elif kind == "char":
-            fields.append(Field(full, bare, offset, f"S{one * max(count, 1)}"))
-        elif kind in TYPES and not count:
-            fields.append(Field(full, bare, offset, TYPES[kind]))
+            fields.append(Field(full, bare, offset, f"S{times}"))
+            offset += times
         else:
-            for i in range(max(count, 1)):
-                label, at = (f"{full}[{i}]" if count else full), offset + i * one
+            for i in range(times):
+                label = f"{full}[{i}]" if count else full
                 if kind in TYPES:
-                    fields.append(Field(label, bare, at, TYPES[kind]))
+                    fields.append(Field(label, bare, offset, TYPES[kind]))
+                    offset += _SIZES[kind]
                 else:
-                    here = Field(f"{label}.", f"{bare}.", at, "")
-                    _flatten(formats[kind], formats, sizes, here, fields)
-        offset += one * max(count, 1)
+                    here = Field(f"{label}.", f"{bare}.", offset, "")
+                    offset = _flatten(formats[kind], formats, here, fields)
+    return offset

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.formats.compiled import compiled, sort_messages
-from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, resolve
+from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, extent, resolve
 from fdi.telemetry.formats.ulog_walk import Other, Run, Walk, joined
 
 Ints = NDArray[np.int64]
@@ -25,6 +25,8 @@ Stamps = NDArray[np.uint64]
 _IDS: Final = 1 << 16
 _HEADER: Final = 5  # bytes before the fields
 _EVIDENCE: Final = 3  # data messages that must ascend before their topic is guessed
+_MOST_PAIRS: Final = 100_000  # of ids and formats that are tried
+_MOST_ALIKE: Final = 8  # formats of the same size; more tell nothing
 _LARGEST_US: Final = 2**45  # a year since boot
 
 
@@ -89,7 +91,7 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
         (*rows, *guessed),
         tuple(walk.others),
         tuple((low, high - low, one) for low, high, one in sorted(opaque)),
-        tuple(sorted({one.topic for one in walk.waiting})),
+        tuple(sorted({one.topic for one in walk.waiting.values()})),
         tuple(walk.lost),
         tuple(walk.unknown),
         tuple(walk.cut),
@@ -137,14 +139,14 @@ def _guessed(
     walk: Walk, opaque: Sequence[tuple[int, Ints]]
 ) -> tuple[list[Rows], list[tuple[int, Ints]]]:
     """Return the opaque data that one unused format alone fits, and the others."""
-    used = {one.topic for one, _ in walk.subscriptions} | {one.topic for one in walk.waiting}
-    nested = {member.kind for one in walk.formats.values() for member in one.members}
-    free = [name for name in sorted(walk.formats) if opaque and name not in used | nested]
-    layouts = [layout for name in free if (layout := resolve(name, walk.formats)) is not None]
-    fitting = [
-        [(layout, stamp) for layout in layouts if (stamp := _stamps(walk, layout, at)) is not None]
-        for _, at in opaque
-    ]
+    used = {one.topic for one, _ in walk.subscriptions}
+    used |= {one.topic for one in walk.waiting.values()}
+    used |= {member.kind for one in walk.formats.values() for member in one.members}
+    free = [name for name in sorted(walk.formats) if name not in used] if opaque else []
+    if len(free) * len(opaque) > _MOST_PAIRS:
+        return [], list(opaque)
+    extents = [(name, some) for name in free if (some := extent(name, walk.formats))]
+    fitting = [_fitting(walk, at, extents) for _, at in opaque]
     claims = Counter(layout.topic for fit in fitting for layout, _ in fit)
     found, left = [], []
     for (number, at), fit in zip(opaque, fitting, strict=True):
@@ -155,12 +157,18 @@ def _guessed(
     return found, left
 
 
-def _stamps(walk: Walk, layout: Layout, at: Ints) -> Stamps | None:
-    """Return the stamps of data if they can be of a layout: sizes fit, and stamps ascend."""
+def _fitting(
+    walk: Walk, at: Ints, extents: Sequence[tuple[str, tuple[int, int]]]
+) -> list[tuple[Layout, Stamps]]:
+    """Return the layouts that data can have, by their size and stamps that ascend."""
     size = walk.word[at - _HEADER] - 2
-    fits = layout.size <= size.min() and size.max() <= layout.full
-    if layout.stamp is None or at.size < _EVIDENCE or not fits:
-        return None
-    stamp: Stamps = walk.long[at + layout.stamp.offset]
-    ascends = bool(np.all(stamp[1:] > stamp[:-1])) and stamp[-1] < _LARGEST_US
-    return stamp if ascends else None
+    low, high = int(size.min()), int(size.max())
+    names = [name for name, (least, most) in extents if least <= low and high <= most]
+    found = []
+    for name in names if at.size >= _EVIDENCE and len(names) <= _MOST_ALIKE else ():
+        layout = resolve(name, walk.formats)
+        if layout is not None and layout.stamp is not None:
+            stamp: Stamps = walk.long[at + layout.stamp.offset]
+            if np.all(stamp[1:] > stamp[:-1]) and stamp[-1] < _LARGEST_US:
+                found.append((layout, stamp))
+    return found

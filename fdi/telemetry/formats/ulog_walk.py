@@ -36,6 +36,7 @@ from fdi.telemetry.formats.ulog_definitions import (
     Format,
     Layout,
     Subscription,
+    extent,
     parsed,
     resolve,
 )
@@ -50,6 +51,7 @@ _ROOM: Final = 1 << 18  # messages that the machine code finds at once
 _SMALLEST: Final = np.array([SIZES.get(k, range(_NEVER, 0)).start for k in range(256)])
 _LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
+_MOST_FIELDS: Final = 50_000  # of all topics; logs have 4,000. What is beyond counts as undefined
 _LETTERS: Final = range(ord("A"), ord("Z") + 1)
 
 
@@ -134,8 +136,8 @@ class Walk:
     ----------
     subscriptions : list of (Subscription, Layout)
         In file order.
-    waiting : list of Subscription
-        Those whose format is missing, circular or too large.
+    waiting : dict of Subscription
+        By id, those whose format is missing, circular or too large.
     found : list of Run
         Data messages in file order.
     others : list of Other
@@ -154,7 +156,10 @@ class Walk:
     limit: int = 0
     formats: dict[str, Format] = field(default_factory=dict)
     subscriptions: list[tuple[Subscription, Layout]] = field(default_factory=list)
-    waiting: list[Subscription] = field(default_factory=list)
+    waiting: dict[int, Subscription] = field(default_factory=dict)
+    # topics without a layout: how many formats there were when it was looked for
+    tried: dict[str, int] = field(default_factory=dict)
+    layouts: dict[str, Layout] = field(default_factory=dict)
     # of a message id: smallest and largest size of its data messages; the same as arrays, and
     # where the stamp stands in such a message
     sizes: dict[int, tuple[int, int]] = field(default_factory=dict)
@@ -186,6 +191,8 @@ class Walk:
                 if run.at.size:
                     self.found.append(run)
                     last = int(run.at[-1])
+                    continue
+                if at + 5 <= limit and self.subscribe(self.number(at)):
                     continue
             said = self.said(at)
             if said is not None:
@@ -344,22 +351,33 @@ class Walk:
         self.others.append(Other(chr(self.view[at + 2]), at, said))
         if isinstance(said, Format):
             self.formats.setdefault(said.name, said)
-            waiting, self.waiting = self.waiting, []
-            for one in waiting:
-                self.subscribe(one)
         elif isinstance(said, Subscription):
-            self.subscribe(said)
+            self.waiting[said.number] = said
+            self.subscribe(said.number)
 
-    def subscribe(self, asked: Subscription) -> None:
-        """Let an id mean records of a topic; without its format yet, later."""
-        layout = resolve(asked.topic, self.formats)
+    def subscribe(self, number: int) -> bool:
+        """Return whether an id means records of a topic from here on, as was asked for."""
+        asked = self.waiting.get(number)
+        if asked is None or self.tried.get(asked.topic) == len(self.formats):
+            return False
+        layout = self.layouts.get(asked.topic) or self.resolved(asked.topic)
         if layout is None:
-            self.waiting.append(asked)
-            return
+            self.tried[asked.topic] = len(self.formats)
+            return False
+        self.layouts[asked.topic] = layout
         self.subscriptions.append((asked, layout))
-        stamp = layout.stamp
-        place = 0 if stamp is None else 5 + stamp.offset
-        self.set_sizes(asked.number, layout.size + 2, layout.full + 2, place)
+        del self.waiting[number]
+        place = 0 if layout.stamp is None else 5 + layout.stamp.offset
+        self.set_sizes(number, layout.size + 2, layout.full + 2, place)
+        return True
+
+    def resolved(self, topic: str) -> Layout | None:
+        """Return the layout of a topic, if the log has not too many fields already."""
+        if extent(topic, self.formats) is None:
+            return None
+        if sum(len(layout.fields) for layout in self.layouts.values()) > _MOST_FIELDS:
+            return None
+        return resolve(topic, self.formats)
 
     def set_sizes(self, number: int, low: int, high: int, stamp_at: int) -> None:
         """Let data messages of an id have a size, and a stamp at that byte of theirs."""

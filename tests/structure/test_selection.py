@@ -1,0 +1,227 @@
+"""Tests for a purpose and small banks, against all that enumeration finds."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fdi.errors import UsageError
+from fdi.structure import (
+    Fault,
+    Model,
+    bitset,
+    detectable,
+    find_test,
+    finder,
+    isolability,
+    load_reference,
+    members,
+    mso_sets,
+    select_tests,
+)
+from fdi.structure.computation import Rules, steps
+from fdi.structure.sequence import Order, orders
+
+from . import naive
+from .models import REFERENCE, SHARED, models, needs_shared, ruled_models
+
+
+def valid_sets(model, rules):
+    """MSO sets that have a valid sequence."""
+    own = steps(model, rules)
+    return [
+        bits
+        for bits in mso_sets(model)
+        if any(isinstance(order, Order) for order in orders(own, members(bits)))
+    ]
+
+
+def check(model, selection, sets, assumptions):
+    """The bank serves all purposes that the sets serve, by sets among them."""
+    assert {test.equations for test in selection.tests} <= set(sets)
+    columns = [set(fault.equations) for fault in model.faults]
+    columns += [{equation} for equation in assumptions] + [set()]
+    chosen = [set(members(test.equations)) for test in selection.tests]
+    served = naive.purposes(model, chosen, columns)
+    assert served == naive.purposes(model, [set(members(bits)) for bits in sets], columns)
+    n = range(len(model.faults))
+    assert selection.isolable.tolist() == [[(i, j) in served and i != j for j in n] for i in n]
+    assert selection.detectable.tolist() == [(i, len(columns) - 1) in served for i in n]
+    assert selection.reacts.tolist() == [
+        [not own.isdisjoint(fault.equations) for fault in model.faults] for own in chosen
+    ]
+    assert not selection.undecided.any()
+
+
+def assert_none_is_superfluous(model, selection, assumptions):
+    columns = [set(fault.equations) for fault in model.faults]
+    columns += [{equation} for equation in assumptions] + [set()]
+    chosen = [set(members(test.equations)) for test in selection.tests]
+    for left_out in chosen:
+        rest = [own for own in chosen if own is not left_out]
+        assert naive.purposes(model, rest, columns) != naive.purposes(model, chosen, columns)
+
+
+@given(models(), st.sets(st.integers(0, 6)))
+@settings(max_examples=200, deadline=None)
+def test_bank_can_do_all_that_structure_allows(model, some):
+    assumptions = sorted(e for e in some if e < len(model.rows))
+    selection = select_tests(model, assumptions=assumptions)
+    check(model, selection, list(mso_sets(model)), assumptions)
+    assert_none_is_superfluous(model, selection, assumptions)
+    assert (selection.isolable == isolability(model)).all()
+    assert (selection.detectable == detectable(model)).all()
+
+
+RULES = st.builds(Rules, loops=st.booleans(), differentiate=st.booleans())
+
+
+@given(ruled_models(), RULES)
+@settings(max_examples=200, deadline=None)
+def test_bank_can_do_all_that_valid_tests_can(model, rules):
+    selection = select_tests(model, rules, assumptions=())
+    check(model, selection, valid_sets(model, rules), ())
+    assert_none_is_superfluous(model, selection, ())
+    own = steps(model, rules)
+    for test in selection.tests:
+        found = [o for o in orders(own, members(test.equations)) if isinstance(o, Order)]
+        assert test.residual in {order.residual for order in found}
+        assert test.cost == sum(own.costs[e] for e in members(test.equations))
+
+
+@given(ruled_models(), RULES | st.none())
+@settings(max_examples=200, deadline=None)
+def test_a_test_is_found_exactly_if_there_is_one_and_near_the_cheapest(model, rules):
+    own = steps(model, rules)
+    cost = {
+        bits: sum(own.costs[e] for e in members(bits))
+        for bits in (valid_sets(model, rules) if rules else mso_sets(model))
+    }
+    for i, fault in enumerate(model.faults):
+        for j, other in [(None, None), *enumerate(model.faults)]:
+            wanted, avoided = bitset(fault.equations), bitset(other.equations) if other else 0
+            all_tests = [bits for bits in cost if bits & wanted and not bits & avoided]
+            found = find_test(model, i, j, rules=rules)
+            assert (found is None) == (not all_tests)
+            if found is not None:
+                assert found.equations in all_tests
+                assert found.cost == cost[found.equations]
+                assert found.cost <= 1.5 * min(cost[bits] for bits in all_tests)
+
+
+def test_default_assumptions_are_limits_under_rules_and_none_for_structure_alone():
+    model = Model(
+        ("y1 = x", "y2 = x", "x < 5"),
+        ("x",),
+        ((0,), (0,), (0,)),
+        (Fault("f", (0,)), Fault("g", (1,))),
+        nonsolvable=((2, 0),),
+    )
+    assert len(select_tests(model).tests) == 2
+    with_comparison = [test.equations for test in select_tests(model, Rules()).tests]
+    assert with_comparison == [0b011, 0b101, 0b110]
+
+
+def test_loop_of_equations_that_cannot_be_solved_alone_is_found_beside_its_sensors():
+    """Ground speed and course give the velocity in a loop only; its parts are measured, too."""
+    model = Model(
+        ("v = |v_n, v_e|", "c = arc(v_n, v_e)", "v shown", "c shown", "v_n shown"),
+        ("v", "c", "v_n", "v_e"),
+        ((0, 2, 3), (1, 2, 3), (0,), (1,), (2,)),
+        (Fault("v", (2,)), Fault("c", (3,)), Fault("n", (4,))),
+        nonsolvable=((0, 2), (0, 3), (1, 1), (1, 2), (1, 3)),
+    )
+    (test,) = select_tests(model, Rules()).tests
+    assert test.residual == 4
+    assert test.equations == 0b11111
+
+
+def test_what_no_search_decides_is_decided_by_listing_or_said_to_be_undecided(monkeypatch):
+    """Loosely, a gives x and b is left over; by the rules no equation of the set can be."""
+    model = Model(
+        ("a", "y1 = x**2", "y2 = z"),
+        ("x", "z"),
+        ((0, 1), (0,), (1,)),
+        (Fault("f", (2,)),),
+        nonsolvable=((0, 0), (1, 0)),
+    )
+    assert not select_tests(model, Rules()).undecided.any()
+    monkeypatch.setattr(finder, "MAX_LISTED", 0)
+    assert select_tests(model, Rules()).undecided.tolist() == [[True]]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda model: find_test(model, 5), r"fault 5 is not in 0..1"),
+        (lambda model: find_test(model, 0, -1), r"fault -1 is not in 0..1"),
+        (lambda model: select_tests(model, assumptions=[7]), r"equation 7 is not in 0..2"),
+    ],
+)
+def test_unknown_indices_are_refused(call, message):
+    model = Model.from_matrix([[1], [1], [1]], faults={"f": 0, "g": 1})
+    with pytest.raises(UsageError, match=message):
+        call(model)
+
+
+def test_models_without_faults_or_equations_have_an_empty_bank():
+    for model in (Model((), (), ()), Model.from_matrix([[1], [1]])):
+        selection = select_tests(model)
+        assert selection.tests == ()
+        assert selection.isolable.shape == (0, 0)
+
+
+@needs_shared
+@pytest.mark.parametrize("path", REFERENCE, ids=lambda path: path.stem)
+def test_bank_of_reference_model_isolates_all_and_is_near_the_smallest(path):
+    model = load_reference(path)
+    selection = select_tests(model)
+    assert (selection.isolable == isolability(model)).all()
+    assert (selection.detectable == detectable(model)).all()
+    n = range(len(model.faults))
+    reacts = selection.reacts
+    by_tests = [[bool((reacts[:, i] & ~reacts[:, j]).any()) for j in n] for i in n]
+    assert by_tests == selection.isolable.tolist()
+    extras = json.loads((SHARED / "structural" / "extras.json").read_text(encoding="utf-8"))
+    smallest = extras.get(model.name, {}).get("smallest_bank_mso")
+    if smallest:
+        assert len(selection.tests) <= 1.1 * smallest["size"] + 1
+
+
+@needs_shared
+def test_published_model_needs_at_most_70_tests():
+    model = load_reference(SHARED / "structural" / "models" / "mavlink_arduplane.json")
+    assert 62 <= len(select_tests(model).tests) <= 70
+
+
+CROSS_CHECKED = ("airspeed_vfr_hud", "aspd_error_nav_controller_output", "vcc_power_status")
+
+
+@needs_shared
+def test_valid_tests_of_published_model_keep_the_cross_checks():
+    model = load_reference(SHARED / "structural" / "models" / "mavlink_arduplane.json")
+    selection = select_tests(model, Rules())
+    limits = [e for e, row in enumerate(model.rows) if len(row) == 1 and 10 <= e <= 40]
+    check(model, selection, valid_sets(model, Rules()), limits)
+    faults = {fault.name: fault.equations[0] for fault in model.faults}
+    for name in (*CROSS_CHECKED, "vcc_hwstatus"):
+        own = [test for test in selection.tests if test.equations >> faults[f"f_{name}"] & 1]
+        for limit in limits:
+            assert any(not test.equations >> limit & 1 for test in own)
+
+
+@needs_shared
+def test_a_model_that_no_enumeration_ends_on_has_a_bank():
+    model = load_reference(SHARED / "structural" / "models" / "fixed_wing_uav_f.json")
+    selection = select_tests(model)
+    assert (selection.isolable == isolability(model)).all()
+    assert len(selection.tests) <= 15
+
+
+def test_same_model_gives_the_same_bank():
+    rng = np.random.default_rng(3)
+    model = Model.from_matrix(rng.random((30, 24)) < 0.12, faults={f"f{i}": i for i in range(12)})
+    first, second = select_tests(model), select_tests(model)
+    assert first.tests == second.tests
