@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Floats = NDArray[np.float64]
+
+MOST_KEPT: Final = 1 << 18
+"""Values of a column that is kept once it is decoded; of logs of gigabytes few fit into memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +77,7 @@ class Message:
     instance: int | None
     t: Floats
     stamp: Floats
-    kept: NDArray[np.int64]
+    kept: NDArray[np.integer[Any]]
     columns: Mapping[str, Column]
     made_from: str | None = None
     _cache: dict[str, NDArray[Any]] = field(default_factory=dict)
@@ -115,16 +118,14 @@ class Message:
     def raw(self, name: str) -> NDArray[Any]:
         """Return the values as on the wire, (m,), one per raw record (as ``stamp``); read-only.
 
-        They may lie apart in memory, as in the records. What was made of another message is made
-        anew each time: in SI it is kept.
+        They may lie apart in memory, as in the records.
         """
         column = self._column(name)
         if name in self._cache:
             return self._cache[name]
         values = _read_only(column.load())
-        if self.made_from is None:
-            self._cache[name] = values
-        return values
+        # what was made of another message is kept in SI only
+        return values if self.made_from else self._kept(name, values)
 
     def si(self, name: str) -> Floats:
         """Return the values in SI, (n,) float64 as ``t``, NaN where unknown; text is all NaN."""
@@ -133,9 +134,14 @@ class Message:
     def si_of_records(self, name: str) -> Floats:
         """Return the values in SI of every raw record, (m,) as ``stamp``."""
         key = f"{name} in SI"
-        if key not in self._cache:
-            self._cache[key] = _read_only(self._convert(name))
-        return self._cache[key]
+        if key in self._cache:
+            return self._cache[key]
+        return self._kept(key, _read_only(self._convert(name)))
+
+    def _kept(self, key: str, values: NDArray[Any]) -> NDArray[Any]:
+        if values.size <= MOST_KEPT:
+            self._cache[key] = values
+        return values
 
     def glance(self, name: str) -> Floats:
         """Return what `si_of_records` returns; what is not at hand is decoded and not kept."""

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.clock import Clock
+from fdi.telemetry.formats.dataflash_layouts import Field, Layout
 from fdi.telemetry.formats.dataflash_tables import Table, Tables, columns
 from fdi.telemetry.quality import QualityRecord
 
@@ -91,19 +92,22 @@ class Times:
     damaged: int = 0  # how many say something else than their place does
 
 
-def said(table: Table) -> NDArray[np.int64] | None:
-    """Return what the records say themselves, us since boot, -1 for noise; None where nothing."""
-    one = table.layout
-    micros, millis = one.field("TimeUS"), one.field("TimeMS")
-    if one.name == "GPS" and micros is None:
-        millis = one.field("T")  # TimeMS is the week's there
-    field = micros or millis
-    if field is None or field.character not in "IQ":
-        return None
+def _clock_field(one: Layout) -> Field | None:
+    """Return the field with the time since boot."""
+    field = one.field("TimeUS") or one.field("TimeMS")
+    if one.name == "GPS" and one.field("TimeUS") is None:
+        field = one.field("T")  # TimeMS is the week's there
+    return field if field is not None and field.character in "IQ" else None
+
+
+def said(table: Table) -> NDArray[np.int64]:
+    """Return what the records of a table with a clock say, us since boot; -1 for noise."""
+    field = _clock_field(table.layout)
+    assert field is not None
     values = np.ascontiguousarray(table.pick(field))
-    scale = 1 if micros else 1000
+    scale = 1 if field.name == "TimeUS" else 1000
     is_clean = int(values.max()) < _LARGEST_US // scale
-    if is_clean and values.dtype == np.uint64 and micros:
+    if is_clean and values.dtype == np.uint64 and scale == 1:
         return values.view(np.int64)
     found = values.astype(np.int64) * scale
     found[values >= _LARGEST_US // scale] = -1
@@ -112,19 +116,27 @@ def said(table: Table) -> NDArray[np.int64] | None:
 
 def find_track(tables: Tables) -> tuple[Track, list[Times]]:
     """Return the track of a log, and the times of each table."""
-    stated = [said(table) for table in tables]
-    known = [0 if us is None else us.size for us in stated]
-    main = int(np.argmax(known))
-    us = stated[main]
-    if us is None or not np.any(us >= 0):
+    timed = [table for table in tables if _clock_field(table.layout) is not None]
+    timed.sort(key=lambda table: -table.start.size)
+    main = next((table for table in timed if np.any(said(table) >= 0)), None)
+    if main is None:
         track = _week_track(tables) or _nominal_track(tables)
         return track, [_in_place(table, track) for table in tables]
-    track = _boot_track(tables, stated, main)
+    track = _boot_track(timed, main)
     # one piece of memory: many small ones cost twice the time to fill
-    room, made = np.empty(sum(known)), []
-    for table, us in zip(tables, stated, strict=True):
-        made.append(_in_place(table, track) if us is None else _times(table, us, track, room))
-        room = room[0 if us is None else us.size :]
+    room, made = np.empty(sum(table.start.size for table in timed)), []
+    seen: dict[tuple[int, float, float], Times] = {}
+    for table in tables:
+        if _clock_field(table.layout) is None:
+            made.append(_in_place(table, track))
+            continue
+        times = _times(table, track, room[: table.start.size])
+        # an estimator writes several messages with one time: one array for all of them
+        twin = seen.setdefault((times.t.size, float(times.t[0]), float(times.t[-1])), times)
+        if twin is times or not _is_same(twin, times):
+            room = room[table.start.size :]
+            twin = times
+        made.append(twin)
     count = sum(times.damaged for times in made)
     if count:
         text = f"{count} records have a damaged time: they have that of their place in the file"
@@ -133,25 +145,25 @@ def find_track(tables: Tables) -> tuple[Track, list[Times]]:
     return track, made
 
 
-def _boot_track(tables: Tables, stated: Sequence[NDArray[np.int64] | None], main: int) -> Track:
-    whole = stated[main]
-    assert whole is not None
+def _boot_track(tables: Tables, main: Table) -> Track:
+    """Return the track, of tables with a clock."""
+    whole = said(main)
     rare = slice(None, None, -(-whole.size // _MOST_POINTS))
-    us, start = whole[rare], tables[main].start[rare].astype(np.int64)
+    us, start = whole[rare], main.start[rare].astype(np.int64)
     steps = np.diff(us)
     if us.min() < 0 or (steps.size and steps.min() < 0) or np.any(steps > _FAR_S * 1e6):
         good = (us >= 0) & ~_spikes(us)
         if good.any():
             us, start = us[good], start[good]
         else:
-            us, start = whole[whole >= 0], tables[main].start[whole >= 0].astype(np.int64)
+            us, start = whole[whole >= 0], main.start[whole >= 0].astype(np.int64)
     rows = [
         i
         for i in np.flatnonzero(np.diff(us) < -_REBOOT_US).tolist()
         if np.all(us[i + 1 : i + 4] < us[i] - _REBOOT_US)
     ]
-    boots, lowest, highest = _starts(tables, stated, start, us, rows)
-    place, first = _first_said(tables, stated)
+    boots, lowest, highest = _starts(tables, start, us, rows)
+    place, first = _first_said(tables)
     offset = np.empty(boots.size)
     offset[0] = -first / 1e6
     for k in range(1, boots.size):
@@ -176,11 +188,7 @@ def _spikes(us: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def _starts(
-    tables: Tables,
-    stated: Sequence[NDArray[np.int64] | None],
-    start: Ints,
-    us: NDArray[np.int64],
-    rows: list[int],
+    tables: Tables, start: Ints, us: NDArray[np.int64], rows: list[int]
 ) -> tuple[Ints, NDArray[np.int64], NDArray[np.int64]]:
     """Return where each start of the vehicle begins, its first time and its last one, us.
 
@@ -189,15 +197,16 @@ def _starts(
     """
     places = [0]
     lowest, highest = [int(us[0])], []
-    for i in rows:
-        at, time = [start[i : i + 2]], [us[i : i + 2]]
-        for table, other in zip(tables, stated, strict=True):
-            if other is not None:
-                low, high = np.searchsorted(table.start, start[i : i + 2])
-                near = slice(int(low), int(high))
-                is_known = other[near] >= 0
-                at.append(table.start[near][is_known])
-                time.append(other[near][is_known])
+    near = [([start[i : i + 2]], [us[i : i + 2]]) for i in rows]
+    for table in tables if rows else ():
+        other = said(table)
+        for i, (at, time) in zip(rows, near, strict=True):
+            low, high = np.searchsorted(table.start, start[i : i + 2])
+            between = slice(int(low), int(high))
+            is_known = other[between] >= 0
+            at.append(table.start[between][is_known])
+            time.append(other[between][is_known])
+    for at, time in near:
         order = np.argsort(np.concatenate(at), kind="stable")
         merged_at, merged = np.concatenate(at)[order], np.concatenate(time)[order]
         step = int(np.argmin(np.diff(merged)))
@@ -208,18 +217,22 @@ def _starts(
     return np.array(places), np.array(lowest), np.array(highest)
 
 
-def _first_said(tables: Tables, stated: Sequence[NDArray[np.int64] | None]) -> tuple[int, int]:
-    """Return where the first time stands in the file, and what it is, us."""
-    firsts = []
-    for table, us in zip(tables, stated, strict=True):
-        known = np.flatnonzero(us >= 0) if us is not None else np.empty(0, np.int64)
-        if us is not None and known.size:
-            firsts.append((int(table.start[known[0]]), int(us[known[0]])))
-    return min(firsts)
+def _first_said(tables: Tables) -> tuple[int, int]:
+    """Return where the first time in the file stands, and what it is, us."""
+    place, first = -1, 0
+    for table in sorted(tables, key=lambda table: int(table.start[0])):
+        if 0 <= place <= table.start[0]:
+            break
+        us = said(table)
+        known = np.flatnonzero(us >= 0)
+        if known.size and (place < 0 or table.start[known[0]] < place):
+            place, first = int(table.start[known[0]]), int(us[known[0]])
+    return place, first
 
 
-def _times(table: Table, us: NDArray[np.int64], track: Track, room: Floats) -> Times:
-    stamp = t = np.divide(us, 1e6, out=room[: us.size])
+def _times(table: Table, track: Track, room: Floats) -> Times:
+    us = said(table)
+    stamp = t = np.divide(us, 1e6, out=room)
     stamp += track.offset[0]
     if track.boots.size > 1:
         cuts = np.searchsorted(table.start, track.boots)
@@ -232,6 +245,10 @@ def _times(table: Table, us: NDArray[np.int64], track: Track, room: Floats) -> T
         t = np.where(sound, t, track.at(table.start))
         return Times(t, stamp, True, _least_step(t) > 0, int((~sound).sum()))
     return Times(t, stamp, True, least > 0)
+
+
+def _is_same(one: Times, other: Times) -> bool:
+    return np.array_equal(one.t, other.t) and np.array_equal(one.stamp, other.stamp)
 
 
 def _in_place(table: Table, track: Track) -> Times:

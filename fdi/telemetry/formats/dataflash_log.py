@@ -150,7 +150,8 @@ def _instances(table: Table, units: Units) -> Iterator[Table]:
 def _messages(timed: Timed, units: Units) -> dict[str, Message]:
     made: dict[str, Message] = {}
     names: dict[str, list[Layout]] = {}
-    every = np.arange(max(table.start.size for table in timed.tables))
+    most = max(table.start.size for table in timed.tables)
+    every: Ints = np.arange(most, dtype=np.int32 if most < 1 << 31 else np.int64)
     every.flags.writeable = False
     for table, times in zip(timed.tables, timed.times, strict=True):
         one = table.layout

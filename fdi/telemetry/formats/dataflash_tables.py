@@ -24,6 +24,7 @@ from fdi.telemetry.formats.gather import gather
 from fdi.telemetry.formats.texts import binary, coded
 
 _TYPES: Final = 256
+_KEPT: Final = 8 << 20  # bytes of records kept of a large file, the largest table copied at once
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
 
 
@@ -133,7 +134,7 @@ class Blocks:
         if self._is_small:
             values: NDArray[Any] = self._block(table)[field.name]
             return values
-        if table.start.size * table.layout.length > SMALL:
+        if table.start.size * table.layout.length > _KEPT:
             return self._gathered(table, field)
         return np.ascontiguousarray(self._block(table)[field.name])
 
@@ -152,7 +153,7 @@ class Blocks:
                 piece[:] = rows
                 rows = piece
             block = rows.view(_record(table.layout))
-            while not self._is_small and self._kept_bytes() + block.nbytes > SMALL:
+            while not self._is_small and self._kept_bytes() + block.nbytes > _KEPT:
                 del self._kept[next(iter(self._kept))]
             self._kept[id(table.start)] = table.start, block
         return block
