@@ -54,13 +54,15 @@ class Store:
 
     def load(self, topic: int, wanted: Field) -> NDArray[Any]:
         """Return the raw values of a field of the topic with a number, (n,); texts as `str`."""
-        if self.topics[topic].size > _KEPT_BYTES:
+        kept = self.kept.get(topic)
+        if kept is None and self.topics[topic].size <= _KEPT_BYTES:
+            self.decode(topic)
+            kept = self.kept[topic]
+        if kept is not None:
+            values = kept[wanted.name]
+        else:
             at, width = self.topics[topic].at + wanted.offset, np.dtype(wanted.dtype).itemsize
             values = gather(self.data, at, width).view(wanted.dtype).reshape(-1)
-        else:
-            if topic not in self.kept:
-                self.decode(topic)
-            values = self.kept[topic][wanted.name]
         return texts(values) if wanted.is_text else values
 
     def decode(self, topic: int) -> None:
@@ -98,35 +100,28 @@ def _filled(
     """Return the columns of all topics, by machine code; texts by numpy."""
     made: list[dict[str, NDArray[Any]]] = [{} for _ in topics]
     bounds = np.append(0, np.cumsum([topic.at.size for topic in topics]))
+    rows: dict[int, list[tuple[int, int, int, Field]]] = {width: [] for width in _WIDTHS}
+    room = dict.fromkeys(_WIDTHS, 0)
+    for number, (layout, at) in enumerate(topics):
+        for one in layout.fields:
+            if one.is_text:
+                letters = gather(data, at + one.offset, int(one.dtype[1:]))
+                made[number][one.name] = letters.view(one.dtype).reshape(-1)
+                continue
+            width = int(one.dtype[-1])
+            rows[width].append((number, one.offset, room[width], one))
+            room[width] += at.size
     fields, places = [], []
-    for width in _WIDTHS:
-        rows: list[tuple[int, int, int]] = []
-        named = []
-        room = 0
-        for number, (layout, at) in enumerate(topics):
-            for one in layout.fields:
-                if _width(one) == width:
-                    rows.append((number, one.offset, room))
-                    named.append(one)
-                    room += at.size
-        out = np.empty(room, f"<u{width}")
-        for (number, _, first), one in zip(rows, named, strict=True):
-            column = out[first : first + topics[number].at.size]
-            made[number][one.name] = column.view(one.dtype)
-        table = np.array(rows, np.int64).reshape(-1, 3)
+    for width, some in rows.items():
+        out = np.empty(room[width], f"<u{width}")
+        views = {dtype: out.view(dtype) for dtype in {one.dtype for _, _, _, one in some}}
+        for number, _, first, one in some:
+            made[number][one.name] = views[one.dtype][first : first + topics[number].at.size]
+        table = np.array([row[:3] for row in some], np.int64).reshape(-1, 3)
         table[:, 2] -= bounds[table[:, 0]]
         fields.append(table.astype(np.uint64))
         places.append(out)
-    at = np.concatenate([topic.at for topic in topics])
+    places_of = np.concatenate([topic.at for topic in topics]).view(np.uint64)
     sources = tuple(words(data, f"<u{width}") for width in _WIDTHS)
-    fill(sources, at.view(np.uint64), bounds.astype(np.uint64), tuple(fields), tuple(places))
-    for columns, topic in zip(made, topics, strict=True):
-        for one in topic.layout.fields:
-            if one.name not in columns:
-                bytes_ = gather(data, topic.at + one.offset, np.dtype(one.dtype).itemsize)
-                columns[one.name] = bytes_.view(one.dtype).reshape(-1)
+    fill(sources, places_of, bounds.astype(np.uint64), tuple(fields), tuple(places))
     return made
-
-
-def _width(one: Field) -> int:
-    return 0 if one.is_text else int(one.dtype[-1])
