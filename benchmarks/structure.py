@@ -6,7 +6,7 @@ In: the reference models of ../shared/structural beside the repository; by defau
 Out: two Markdown tables, sets and isolability, CPU time of faultdiagnosistoolbox and how many times
 faster fdi is, in pure Python and with compiled code, with geometric means over those models that
 have 20 equations and redundancy 3 at least. With ``--write`` they replace what
-``docs/structure.md`` holds between its two marks.
+``docs/structure.md`` holds between its marks, together with the cost of the tutorial there.
 
 What is compared runs in one process, one after the other, on the same machine; the shortest of some
 repeats counts. Each comparison has a process of its own, forked after all imports, because the
@@ -20,6 +20,7 @@ import json
 import math
 import os
 import resource
+import subprocess
 import sys
 import time
 from collections import defaultdict
@@ -34,7 +35,7 @@ from fdi import structure
 ROOT = Path(__file__).resolve().parents[1]
 MODELS = ROOT.parent / "shared" / "structural" / "models"
 DOCUMENT = ROOT / "docs" / "structure.md"
-MARKS = "<!-- timings: begin -->", "<!-- timings: end -->"
+MARKS = "<!-- {}: begin -->", "<!-- {}: end -->"
 CPU_LIMIT_S, MEMORY_LIMIT = 60, 6 << 30
 LEAST_S = 0.1  # CPU time of one measurement; short calls are repeated until it is reached
 OUTLIER = "rand_u_60_2_7_parts"  # left out of the means: its ratio is in the ten thousands
@@ -160,7 +161,8 @@ def mean(ratios: list[float]) -> str:
     if not known:
         return "–"
     geometric = math.exp(sum(map(math.log, known)) / len(known))
-    return f"{geometric:.3g} ({len(known)} models, least {min(known):.2g})"
+    least = f"{float(f'{min(known):.2g}'):g}"
+    return f"{float(f'{geometric:.3g}'):g} ({len(known)} models, least {least})"
 
 
 def set_table(found: Found) -> str:
@@ -218,6 +220,47 @@ def isolability_table(found: Found) -> str:
     return f"{table(words, means)}\n\n{table(head, rows)}"
 
 
+def tutorial() -> str:
+    """Return what both ways through the tutorial of the page cost, each in fresh processes."""
+    page = DOCUMENT.read_text(encoding="utf-8")
+    model = block(page, "model").replace(">>> ", "").replace("... ", "")
+    rows = []
+    for name, shown in (("toolbox", "faultdiagnosistoolbox"), ("fdi", "fdi.structure")):
+        code = block(page, name)
+        imports = "".join(f"{x}\n" for x in code.splitlines() if x.startswith(("import", "from")))
+        calls = sum(line.count("(") > 0 for line in code.removeprefix(imports).splitlines())
+        spent = [cpu_of_process(program) for program in ("pass", imports, model + code)]
+        importing, whole = (1e3 * (seconds - spent[0]) for seconds in spent[1:])
+        shares = (importing, whole - importing, whole)
+        rows.append([f"`{shown}`", str(calls), *(f"{share:.0f}" for share in shares)])
+    return table(["", "lines with calls", "imports, ms", "calls, ms", "together, ms"], rows)
+
+
+def block(page: str, title: str) -> str:
+    """Return the code of the page that stands under a title."""
+    _, _, rest = page.partition(f"<!-- tutorial: {title} -->\n```python\n")
+    return rest.partition("```")[0]
+
+
+def cpu_of_process(program: str) -> float:
+    """Return the CPU seconds of a Python that runs a program, the least of five."""
+    least = math.inf
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        least = min(least, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return least
+
+
+def written(page: str, mark: str, text: str) -> str:
+    """Return a page with a text between two marks."""
+    begin, end = (half.format(mark) for half in MARKS)
+    before, _, rest = page.partition(begin)
+    _, _, after = rest.partition(end)
+    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
+
+
 def size_of(data: dict[str, Any]) -> list[str]:
     return [f"`{data['name']}`", str(len(data["equations"])), str(data["reference"]["redundancy"])]
 
@@ -241,14 +284,17 @@ def main() -> int:
         return 0
     list(structure.mso_sets(structure.Model.from_matrix([[1]] * 4), compiled=True))  # load it
     found = list(measure(names))
-    text = f"{set_table(found)}\n\n{isolability_table(found)}"
+    texts = {
+        "tutorial-times": tutorial(),
+        "timings": f"{set_table(found)}\n\n{isolability_table(found)}",
+    }
     if "--write" not in sys.argv:
-        print(text)
+        print("\n\n".join(texts.values()))
         return 0
-    before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(MARKS[0])
-    _, _, after = rest.partition(MARKS[1])
-    whole = f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}"
-    DOCUMENT.write_text(whole, encoding="utf-8")
+    page = DOCUMENT.read_text(encoding="utf-8")
+    for mark, text in texts.items():
+        page = written(page, mark, text)
+    DOCUMENT.write_text(page, encoding="utf-8")
     return 0
 
 

@@ -22,6 +22,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``losses.py``: what remains of that when an equation leaves
 - ``index.py``: how a set uses its differential constraints; index, observability
 - ``isolability.py``: detectable and isolable faults, of a model and of a bank
+- ``signatures.py``: irreducible signatures, for faults that occur together
 - ``placement.py``: minimal sets of added sensors
 - ``additions.py``: minimal sets of whatever can be added
 - ``explain.py``: why faults cannot be told apart, and what would separate them
