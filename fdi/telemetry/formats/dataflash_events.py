@@ -107,7 +107,9 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
     for table, times in zip(timed.tables, timed.times, strict=True):
         one = table.layout
         name, value = one.field("Name"), one.field("Value")
-        if one.name != "PARM" or name is None or value is None or not name.is_text:
+        if one.name != "PARM" or name is None or value is None:
+            continue
+        if not name.is_text or value.is_text:
             continue
         names, which = table.source.codes(table, name)
         is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])

@@ -25,6 +25,8 @@ from fdi.telemetry.formats.texts import binary, coded
 
 _TYPES: Final = 256
 _KEPT: Final = 8 << 20  # bytes of records kept of a large file, the largest table copied at once
+_WHOLE: Final = "iu"  # kinds of dtype
+_KINDS: Final = {"Label": "S", "UnitIds": "S", "MultIds": "S", "Mult": "f"}
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
 
 
@@ -69,13 +71,18 @@ Tables = Sequence[Table]
 
 
 def columns(tables: Tables, name: str, *fields: str) -> Iterator[tuple[int, list[NDArray[Any]]]]:
-    """Yield number and raw values of the tables of a name that have all of these fields."""
+    """Yield number and raw values of the tables of a name that have all of these fields.
+
+    A definition may fit together and yet give a field another character than firmware does: such a
+    table is left out, so that a text is a text here and a code a whole number.
+    """
     for i, table in enumerate(tables):
         if table.layout.name != name:
             continue
-        found = [table.layout.field(field) for field in fields]
-        if None not in found:
-            yield i, [table.column(field) for field in found if field is not None]
+        found = [field for field in map(table.layout.field, fields) if field is not None]
+        usual = all(np.dtype(f.dtype).kind in _KINDS.get(f.name, _WHOLE) for f in found)
+        if len(found) == len(fields) and usual:
+            yield i, [table.column(field) for field in found]
 
 
 class Blocks:
