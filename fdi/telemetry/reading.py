@@ -9,17 +9,14 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
 from fdi.telemetry.content import change, content, opened
-from fdi.telemetry.formats import FORMATS, NOT_READ, TEXT_LOG
+from fdi.telemetry.formats import FORMATS, NOT_READ
 from fdi.telemetry.log import Log
-
-_FREE_LINES: Final = 4096  # bytes in which a text log's first definition stands
 
 
 def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
@@ -49,8 +46,7 @@ def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
 
 def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
     for name, magic in NOT_READ.items():
-        is_later = magic == TEXT_LOG and b"\n" + magic in data[:_FREE_LINES].tobytes()
-        if is_later or data[: len(magic)].tobytes() == magic:
+        if data[: len(magic)].tobytes() == magic:
             raise LogError(
                 f"is {name}, which this version does not read",
                 where=str(where),

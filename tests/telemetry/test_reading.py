@@ -20,8 +20,7 @@ INTACT = Flight(hover=2.0, height=6.0)
     ("content", "says"),
     [
         (b"", "empty"),
-        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", "DataFlash log in text"),
-        (b"\r\nArduCopter V3.1\r\n\nFMT, 128, 89, FMT, BBnNZ\n", "DataFlash log in text"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", "DataFlash text log without"),
         (b"hello\n" * 1000, "no known format"),
         (b"\xa3\x95\x80" + bytes(200), "DataFlash"),
         (b"\xa3\x95\x80\x02\x37ATT " + b"f".ljust(80), "sdlog2"),

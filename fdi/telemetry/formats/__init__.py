@@ -10,6 +10,9 @@ dataflash_tables.py   records to columns
 dataflash_clock.py    when each record was made
 dataflash_log.py      puts the log together, binary or text
 dataflash_events.py   modes, arming, texts, parameters
+dataflash_text.py     DataFlash log in text form: definitions, what was lost
+dataflash_lines.py    lines, words and the numbers in them
+dataflash_columns.py  lines to columns
 texts.py              rows of bytes: which are alike, and what they say
 compiled.py           loops over bytes as machine code, where numba is at hand
 gather.py             bytes at many offsets
@@ -48,6 +51,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.formats.dataflash import is_dataflash, read_dataflash
+from fdi.telemetry.formats.dataflash_text import is_dataflash_text, read_dataflash_text
 from fdi.telemetry.formats.tlog import is_tlog, read_tlog
 from fdi.telemetry.formats.ulog import is_ulog, read_ulog
 from fdi.telemetry.log import Log
@@ -57,16 +61,13 @@ Data = NDArray[np.uint8]
 FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
     "ulog": (is_ulog, read_ulog),  # the cheaper looks first
     "dataflash": (is_dataflash, read_dataflash),
+    "dataflash_text": (is_dataflash_text, read_dataflash_text),
     "tlog": (is_tlog, read_tlog),
 }
-
-TEXT_LOG: Final = b"FMT,"
-"""Begins the first definition of a DataFlash text log, which free lines may precede."""
 
 # What a file begins with that this version does not read: refused by name.
 NOT_READ: Final[dict[str, bytes]] = {
     "an encrypted ULog (.ulge)": b"ULogEnc",
-    "a DataFlash log in text form (.log)": TEXT_LOG,
     "a gzip archive": b"\x1f\x8b",
     "a zip archive": b"PK\x03\x04",
     "a zstandard archive": b"\x28\xb5\x2f\xfd",
@@ -75,4 +76,4 @@ NOT_READ: Final[dict[str, bytes]] = {
     "a 7z archive": b"7z\xbc\xaf\x27\x1c",
 }
 
-__all__ = ["FORMATS", "NOT_READ", "TEXT_LOG"]
+__all__ = ["FORMATS", "NOT_READ"]

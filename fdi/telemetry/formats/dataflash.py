@@ -20,7 +20,7 @@ from fdi.telemetry.log import Log
 
 _HEAD: Final = b"\xa3\x95\x80"
 _SNIFF: Final = 1 << 20  # bytes looked at when the format is in question
-_SINGLE: Final = 20  # more findings of one kind are told as one
+SINGLE: Final = 20  # more findings of one kind are told as one
 
 
 def is_dataflash(data: Bytes) -> bool:
@@ -52,7 +52,7 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
     tables = _tables(data, records)
     if not any(table.layout.fields and table.layout.number != FMT for table in tables):
         raise LogError("is a DataFlash log without a record of data", where=path.name)
-    findings = [*_damage(records), *_definitions(tables)]
+    findings = [*_damage(records), *definition_findings(tables)]
     return make_log(path, "dataflash", data, tables, findings)
 
 
@@ -77,7 +77,7 @@ def _damage(records: Records) -> Iterator[Finding]:
         low, high = lost.pop()
         text = f"the file ends in the middle of a record: {high - low} bytes at byte {low}"
         yield Finding("truncated", low, low, high - low, text)
-    if len(lost) > _SINGLE:
+    if len(lost) > SINGLE:
         total, (first, _), (last, _) = sum(high - low for low, high in lost), lost[0], lost[-1]
         text = f"bytes that belong to no record: {len(lost)} places, {total} bytes in all, first "
         text += f"at byte {first}, last at byte {last}"
@@ -88,7 +88,7 @@ def _damage(records: Records) -> Iterator[Finding]:
         yield Finding("lost_bytes", low, low, high - low, text)
 
 
-def _definitions(tables: Tables) -> Iterator[Finding]:
+def definition_findings(tables: Tables) -> Iterator[Finding]:
     """Yield which definitions were missing or changed."""
     known = [table for table in tables if table.layout.is_known]
     if known:

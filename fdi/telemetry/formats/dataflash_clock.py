@@ -147,34 +147,44 @@ def find_track(tables: Tables) -> tuple[Track, list[Times]]:
 
 def _boot_track(tables: Tables, main: Table) -> Track:
     """Return the track, of tables with a clock."""
-    whole = said(main)
+    place, whole = _versions(tables, main)
     rare = slice(None, None, -(-whole.size // _MOST_POINTS))
-    us, start = whole[rare], main.start[rare].astype(np.int64)
+    us, start = whole[rare], place[rare].astype(np.int64)
     steps = np.diff(us)
     if us.min() < 0 or (steps.size and steps.min() < 0) or np.any(steps > _FAR_S * 1e6):
         good = (us >= 0) & ~_spikes(us)
         if good.any():
             us, start = us[good], start[good]
         else:
-            us, start = whole[whole >= 0], main.start[whole >= 0].astype(np.int64)
+            us, start = whole[whole >= 0], place[whole >= 0].astype(np.int64)
     rows = [
         i
         for i in np.flatnonzero(np.diff(us) < -_REBOOT_US).tolist()
         if np.all(us[i + 1 : i + 4] < us[i] - _REBOOT_US)
     ]
     boots, lowest, highest = _starts(tables, start, us, rows)
-    place, first = _first_said(tables)
+    earliest, first = _first_said(tables)
     offset = np.empty(boots.size)
     offset[0] = -first / 1e6
     for k in range(1, boots.size):
         offset[k] = highest[k - 1] / 1e6 + offset[k - 1] + _APART_S - lowest[k] / 1e6
     t = us / 1e6 + offset[np.searchsorted(boots, start, side="right") - 1]
-    if place < start[0]:
-        start, t = np.append(place, start), np.append(0.0, t)
+    if earliest < start[0]:
+        start, t = np.append(earliest, start), np.append(0.0, t)
     began = lowest / 1e6 + offset
     text = "the vehicle started anew"
     quality = [QualityRecord("reboot", None, at, at, 1, text) for at in began[1:].tolist()]
     return Track(start, np.maximum.accumulate(t), boots, began, offset, tuple(quality))
+
+
+def _versions(tables: Tables, main: Table) -> tuple[NDArray[np.integer], NDArray[np.int64]]:
+    """Return where records of a table begin and what they say, with those it has defined anew."""
+    one = main.layout.name, main.instance
+    same = [table for table in tables if (table.layout.name, table.instance) == one]
+    if len(same) == 1:
+        return main.start, said(main)
+    same.sort(key=lambda table: int(table.start[0]))
+    return np.concatenate([x.start for x in same]), np.concatenate([said(x) for x in same])
 
 
 def _spikes(us: NDArray[np.int64]) -> NDArray[np.bool_]:

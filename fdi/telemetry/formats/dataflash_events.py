@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -25,6 +26,8 @@ _MAKERS: Final = {
     **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
 }
 _FRAMES: Final = {2: "hexa", 3: "octa", 4: "octa", 5: "hexa", 6: "helicopter"}  # FRAME_CLASS
+_OF_MOTORS: Final = {6: "hexa", 8: "octa"}
+_SWASHPLATE: Final = "H_SWASH_TYPE"
 _OWN_CODES: Final = ("flight mode", "EKF primary changed")  # ECode 0 is a number, not "resolved"
 _ALARMS: Final = ("failsafe", "crash check", "EKF check", "thrust loss check")
 
@@ -65,8 +68,8 @@ def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
     number = None
     for name in ("ModeNum", "Mode"):
         for t, mode in timed.lines("MODE", name):
-            if mode != number and isinstance(mode, int):
-                yield Event(t, "mode", mavlink_mode(mode, autopilot="ardupilot", vehicle=vehicle))
+            if mode != number and isinstance(mode, int | str):
+                yield Event(t, "mode", _mode(mode, vehicle))
                 number = mode
         if number is not None:
             break
@@ -83,6 +86,20 @@ def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
         if code or name in _OWN_CODES:
             is_alarm = name.startswith(_ALARMS)
             yield Event(t, "failsafe" if is_alarm else "text", f"error of {name}, code {code}")
+
+
+@lru_cache(maxsize=256)
+def _mode(said: int | str, vehicle: str) -> str:
+    """Return the name of a mode by its number or by a name (``AltHold``, ``ALT_HOLD``)."""
+    if isinstance(said, int):
+        return mavlink_mode(said, autopilot="ardupilot", vehicle=vehicle)
+    table = data_table("modes_mavlink")
+    known = table["modes"][table["mode_table"][vehicle]]
+    if said.isascii() and said.isdecimal():
+        return str(known.get(said, f"MODE_{said}"))
+    same = {name.replace("_", ""): name for name in known.values()}
+    plain = clean_text(said).upper()
+    return str(same.get(plain.replace("_", ""), plain))
 
 
 def parameters(
@@ -125,13 +142,19 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
             yield float(times.t[row]), names[which[row]], float(values[row])
 
 
-def vehicle_of(firmware: str | None, values: Mapping[str, float]) -> str:
-    """Return the vehicle's name, from the firmware and the parameters of its frame."""
+def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 0) -> str:
+    """Return the vehicle's name, from the firmware and the parameters of its frame.
+
+    ``motors``: how many the records of old firmware have, which was built for one kind of frame.
+    """
     kind = _MAKERS.get((firmware or "").split(" ")[0])
     if kind is None and "FRAME_CLASS" in values and "Q_ENABLE" not in values:
         kind = "quad" if "MOT_SPIN_ARM" in values or "ATC_RAT_RLL_P" in values else None
     if kind == "quad":
-        return _FRAMES.get(int(values.get("FRAME_CLASS", 1)), "quad")
+        if "FRAME_CLASS" not in values and _SWASHPLATE in values:
+            return "helicopter"
+        usual = _OF_MOTORS.get(motors, "quad")
+        return _FRAMES.get(int(values["FRAME_CLASS"]), "quad") if "FRAME_CLASS" in values else usual
     if kind == "plane" and values.get("Q_ENABLE", 0) > 0:
         return "vtol"
     return kind or "other"

@@ -70,6 +70,7 @@ class Layout:
     fields: tuple[Field, ...]
     since: int = 0
     is_known: bool = False  # from the table, not from the file
+    is_scaled: bool = False  # values have the scale of the legacy characters already
 
     def field(self, name: str) -> Field | None:
         """Return a field by name, None where there is none."""
@@ -237,7 +238,9 @@ class Units:
         """
         unit, multiplier = self.characters(one, field)
         scale = _LEGACY.get(field.character)
-        if scale is None:
+        if scale is not None and one.is_scaled:
+            scale = 1.0
+        elif scale is None:
             scale = self.multiplier.get(multiplier, 1.0) if multiplier not in "-?" else 1.0
         stated = self.unit.get(unit, "UNKNOWN")
         if field.character == "L":  # Copter 3.6 says "us" of longitudes

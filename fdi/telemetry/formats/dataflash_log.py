@@ -7,7 +7,7 @@ of the log itself come those of `meaning`, which say the same in MAVLink's words
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.events import Event
 from fdi.telemetry.formats.dataflash_clock import Track, find_track, make_clock
 from fdi.telemetry.formats.dataflash_events import (
     Timed,
@@ -47,7 +48,13 @@ class Finding(NamedTuple):
 
 
 def make_log(
-    path: Path, form: str, data: Bytes, tables: Tables, findings: Iterable[Finding]
+    path: Path,
+    form: str,
+    data: Bytes,
+    tables: Tables,
+    findings: Iterable[Finding],
+    *,
+    heading: Sequence[str] = (),
 ) -> Log:
     """Return the log.
 
@@ -62,15 +69,17 @@ def make_log(
         At least one, none empty.
     findings : iterable of Finding
         What is wrong with the file.
+    heading : sequence of str
+        Texts that stand before the records.
     """
     units = _units(tables)
     tables = [part for table in tables for part in _instances(table, units)]
     track, times = find_track(tables)
     timed = Timed(tables, times)
     values, changes, named = parameters(timed)
-    texts = log_texts(timed)
+    texts = [*(Event(0.0, "text", line) for line in heading), *log_texts(timed)]
     name = firmware({}, texts, None)
-    vehicle = vehicle_of(name, values)
+    vehicle = vehicle_of(name, values, _motors(tables))
     own = _messages(timed, units)
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
@@ -106,6 +115,14 @@ def by_instance(tables: Tables) -> list[Table]:
     """Return the tables with one for every instance, as the log's messages are."""
     units = _units(tables)
     return [part for table in tables for part in _instances(table, units)]
+
+
+def _motors(tables: Tables) -> int:
+    """Return how many motors the records of old firmware have, by their definition."""
+    for _, (names, labels) in columns(tables, "FMT", "Name", "Columns"):
+        for row in np.flatnonzero(names == "MOT").tolist():
+            return str(labels[row]).count("Mot")
+    return 0
 
 
 def _told(found: Finding, track: Track) -> QualityRecord:

@@ -26,7 +26,10 @@ from fdi.telemetry.formats.texts import binary, coded
 _TYPES: Final = 256
 _KEPT: Final = 8 << 20  # bytes of records kept of a large file, the largest table copied at once
 _WHOLE: Final = "iu"  # kinds of dtype
-_KINDS: Final = {"Label": "S", "UnitIds": "S", "MultIds": "S", "Mult": "f"}
+_KINDS: Final = {
+    **dict.fromkeys(("Label", "UnitIds", "MultIds", "Name", "Columns"), "S"),
+    "Mult": "f",
+}
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
 
 

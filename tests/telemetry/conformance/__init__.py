@@ -8,6 +8,7 @@ the dialect states. What may differ is written down in `REASONS`; anything else 
 
 comparison.py  one file's result, and the comparison of one column
 telemetry.py   `.tlog` against pymavlink's decoder
-dataflash.py   `.bin`, `.log` against DFReader
+dataflash.py   `.bin` against DFReader
+dataflash_text.py  `.log` against DFReader_text
 ulog.py        `.ulg` against pyulog, in a process of its own
 """

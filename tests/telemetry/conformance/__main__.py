@@ -14,6 +14,7 @@ from fdi.telemetry import read
 
 from .comparison import REASONS, Comparison
 from .dataflash import compare_dataflash
+from .dataflash_text import compare_dataflash_text
 from .telemetry import compare_telemetry
 from .ulog import compare_ulog
 
@@ -23,6 +24,7 @@ LOGS: Final = {".tlog", ".bin", ".log", ".ulg", ".px4log"}
 COMPARE: Final[dict[str, Callable[[Path], Comparison]]] = {
     "tlog": compare_telemetry,
     "dataflash": compare_dataflash,
+    "dataflash_text": compare_dataflash_text,
     "ulog": compare_ulog,
 }
 NOT_ASKED: Final = "sdlog2"  # PX4's format before ULog is refused by name

@@ -26,6 +26,7 @@ REASONS: Final = {
     "corrected": "values whose stated unit is wrong or missing, corrected by the table",
     "multiplier": "values with a multiplier of the file that the reference reader leaves out",
     "binary": "texts of FILE.Data, which are binary",
+    "cut_text": "texts that the reference reader cuts at a comma",
     "padding": "bytes between the fields of a record, which hold nothing",
     "characters": "characters of texts, which the reference reader shows as numbers",
     "absent": "values that were not sent (extensions of MAVLink 1) or that a flag declares invalid",
