@@ -17,6 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
+import numpy as np
+
 from fdi.errors import FdiError, UsageError
 from fdi.evaluation.inject import injected
 from fdi.evaluation.injected_fault import InjectedFault
@@ -151,7 +153,10 @@ def analyze_injected(job: Job) -> Row:
 
 
 def _subjects(log: Log) -> Iterator[_Subject]:
-    """Yield the channels of sensors that the model measures as they are, with an accuracy."""
+    """Yield the channels of sensors that the model measures as they are, with an accuracy.
+
+    One that reads the same all the time (zeros: no sensor is fitted) is none to put a fault into.
+    """
     system = load_airframe(choose_model(log)).observe(log)
     seen = set()
     for equation in system.equations:
@@ -159,8 +164,9 @@ def _subjects(log: Log) -> Iterator[_Subject]:
         if one is None or one.group != _GROUP or not one.accuracy or equation.fault is None:
             continue
         name = str(one.channel)
-        unit = log.channel(one.channel).unit
-        if name in seen or one.raw or one.value is not None or not unit:
+        _, value, unit = log.channel(one.channel)
+        is_still = np.nanmin(value) == np.nanmax(value)
+        if name in seen or one.raw or one.value is not None or not unit or is_still:
             continue
         seen.add(name)
         yield _Subject(name, one.component, unit, one.accuracy)
