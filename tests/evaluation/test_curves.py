@@ -35,11 +35,13 @@ def curve(*shares):
 
 
 def test_a_large_bias_is_detected_and_a_small_one_is_not():
-    (found,) = curves([label()], moments=1, channels=["GPS_RAW_INT.vel"], steps=(0.01, 128.0))
+    """Not at every moment: what begins soon after take-off may be taken for a constant offset."""
+    (found,) = curves([label()], moments=6, channels=["GPS_RAW_INT.vel"], steps=(0.01, 128.0))
+    small, large = found.points
     assert found.component == "gps"
-    assert [p.detected.of for p in found.points] == [1, 1]
-    assert [p.detected.hits for p in found.points] == [0, 1]
-    assert [p.named.hits for p in found.points] == [0, 1]
+    assert small.detected.of == large.detected.of == 6
+    assert small.detected.hits == 0
+    assert large.detected.hits == large.named.hits > 0
 
 
 def test_a_log_with_a_fault_is_a_row_like_any_other():
