@@ -266,3 +266,12 @@ def test_fields_of_one_name_are_told_apart(load):
     log = load(b"".join([build.header(), *build.definitions(), *parts, *rows]))
     assert log["a"].fields == ("timestamp", "x", "x_2")
     assert log["a"].raw("x_2").tolist() == [2, 2, 2]
+
+
+def test_id_taken_over_by_an_undefined_topic_is_not_read_as_the_first_one(load):
+    late = [build.subscribe(0, "nothing"), *build.records(20, 9_000_000)]
+    log = load(build.small() + b"".join(late))
+    assert (len(log["wave"]), len(log["wave[1]"])) == (50, 70)
+    told = [q for q in log.quality if q.kind == "unknown_message"]
+    assert sum(q.count for q in told) == 20
+    assert all("nothing" in q.text for q in told)

@@ -99,11 +99,11 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
 
 
 def _grouped(
-    run: Run, subscriptions: Sequence[tuple[Subscription, Layout]], size: int
+    run: Run, subscriptions: Sequence[tuple[Subscription, Layout | None]], size: int
 ) -> tuple[list[Rows], list[tuple[int, Ints]]]:
     """Return the data messages by subscription, and those of ids without one."""
     bounds, starts, stamps = _sorted(run, size)
-    of_number: dict[int, list[tuple[Subscription, Layout]]] = {}
+    of_number: dict[int, list[tuple[Subscription, Layout | None]]] = {}
     for pair in subscriptions:
         of_number.setdefault(pair[0].number, []).append(pair)
     rows, opaque = [], []
@@ -117,9 +117,13 @@ def _grouped(
         for (subscription, layout), low, high in zip(
             asked, split, [*split[1:], at.size], strict=bool(asked)
         ):
-            if high > low:
-                said = stamp[low:high] if layout.stamp else np.zeros(high - low, np.uint64)
-                rows.append(Rows(layout, subscription.instance, at[low:high], said))
+            if high == low:
+                continue
+            if layout is None:
+                opaque.append((one, at[low:high]))
+                continue
+            said = stamp[low:high] if layout.stamp else np.zeros(high - low, np.uint64)
+            rows.append(Rows(layout, subscription.instance, at[low:high], said))
     return rows, opaque
 
 

@@ -134,8 +134,8 @@ class Walk:
 
     Attributes
     ----------
-    subscriptions : list of (Subscription, Layout)
-        In file order.
+    subscriptions : list of (Subscription, Layout or None)
+        In file order; None while a topic has no layout.
     waiting : dict of Subscription
         By id, those whose format is missing, circular or too large.
     found : list of Run
@@ -155,7 +155,7 @@ class Walk:
     room: _Room | None
     limit: int = 0
     formats: dict[str, Format] = field(default_factory=dict)
-    subscriptions: list[tuple[Subscription, Layout]] = field(default_factory=list)
+    subscriptions: list[tuple[Subscription, Layout | None]] = field(default_factory=list)
     waiting: dict[int, Subscription] = field(default_factory=dict)
     # topics without a layout: how many formats there were when it was looked for
     tried: dict[str, int] = field(default_factory=dict)
@@ -353,7 +353,10 @@ class Walk:
             self.formats.setdefault(said.name, said)
         elif isinstance(said, Subscription):
             self.waiting[said.number] = said
-            self.subscribe(said.number)
+            if not self.subscribe(said.number):  # nor is it of the topic before any more
+                self.subscriptions.append((said, None))
+                self.set_sizes(said.number, _NEVER, -1, 0)
+                del self.sizes[said.number]
 
     def subscribe(self, number: int) -> bool:
         """Return whether an id means records of a topic from here on, as was asked for."""
