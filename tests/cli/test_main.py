@@ -51,7 +51,7 @@ def test_the_group_lists_its_commands(run: Run, words: list[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("fdi in", {"plain,info"}),
+        ("fdi inf", {"plain,info"}),
         ("fdi analyze flight.t", {"file,flight.t"}),
         ("fdi structure fix", {"plain,fixed_wing"}),
         ("fdi structure my", {"file,my"}),
