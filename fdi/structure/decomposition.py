@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from fdi.structure.display import html_table
 from fdi.structure.incidence import Model, Rows, existing
+from fdi.structure.loops import strong_components
 from fdi.structure.matching import match
 
 
@@ -349,23 +350,17 @@ def underdetermined(
 def _hall_blocks(
     rows: Rows, just: list[int], just_unknowns: list[int], equation_of: list[int]
 ) -> tuple[Part, ...]:
-    if not just:
-        return ()
-    from scipy.sparse import coo_array  # 0.1 s to import, and few models have this part
-    from scipy.sparse.csgraph import connected_components
-
-    position = {equation: i for i, equation in enumerate(just)}
     inside = set(just_unknowns)
-    arcs = [(position[e], position[equation_of[u]]) for e in just for u in rows[e] if u in inside]
-    tails, heads = zip(*arcs, strict=True)
-    graph = coo_array(([True] * len(arcs), (tails, heads)), shape=(len(just), len(just)))
-    _, label = connected_components(graph, directed=True, connection="strong")
-    blocks: dict[int, tuple[list[int], list[int]]] = {}
-    for equation, block in zip(just, label.tolist(), strict=True):
-        blocks.setdefault(block, ([], []))[0].append(equation)
+    arrows = {e: [equation_of[u] for u in rows[e] if u in inside] for e in just}
+    block_of: dict[int, int] = {}
+    parts = strong_components(just, arrows)
+    for k, part in enumerate(parts):
+        block_of.update(dict.fromkeys(part, k))
+    unknowns: list[list[int]] = [[] for _ in parts]
     for unknown in just_unknowns:
-        blocks[label[position[equation_of[unknown]]]][1].append(unknown)
-    return tuple(_part(equations, unknowns) for equations, unknowns in blocks.values())
+        unknowns[block_of[equation_of[unknown]]].append(unknown)
+    blocks = (Part(tuple(e), tuple(u)) for e, u in zip(parts, unknowns, strict=True))
+    return tuple(sorted(blocks, key=lambda block: block.equations))
 
 
 def _listed(indices: tuple[int, ...]) -> str:

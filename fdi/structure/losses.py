@@ -18,10 +18,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
-from fdi.structure.causality import causally_overdetermined, integrable, integration
+from fdi.structure.causality import (
+    causally_overdetermined,
+    integrable,
+    integration,
+    require_causality,
+)
 from fdi.structure.decomposition import reached, underdetermined
 from fdi.structure.equivalence import equivalent
-from fdi.structure.incidence import Model
+from fdi.structure.incidence import Model, existing
 from fdi.structure.matching import match
 
 
@@ -66,10 +71,16 @@ def causal_classes(
     >>> causal_classes(model, "derivative", without=(2,))
     ([[0, 1, 3]], {})
     """
-    kept = causally_overdetermined(model, causality, without=without)
+    require_causality(causality)
+    either_way = causality == "mixed" or not model.derivative
+    if either_way:  # what is not overdetermined falls out below
+        gone = set(existing(model, without))
+        kept = tuple(e for e in range(len(model.rows)) if e not in gone)
+    else:
+        kept = causally_overdetermined(model, causality, without=without)
     groups = equivalent([model.rows[e] for e in kept], len(model.unknowns))
     classes = [[kept[i] for i in group] for group in groups]
-    if causality == "mixed" or not model.derivative:
+    if either_way:
         return classes, {}
     wanted = {e for fault in model.faults for e in fault.equations}
     chosen = [k for k, group in enumerate(classes) if not wanted.isdisjoint(group)]

@@ -6,6 +6,7 @@ Source: shared/structural/README.md, section 7. Each test names the defect in it
 import itertools
 import time
 
+import numpy as np
 import pytest
 
 from fdi.errors import UsageError
@@ -21,11 +22,13 @@ from fdi.structure import (
     mso_sets,
     mtes_sets,
     place_sensors,
+    select_tests,
     submodel,
 )
 from fdi.structure.causality import CAUSALITIES
-from fdi.structure.frames import isolability_frame
+from fdi.structure.frames import isolability_frame, signature_frame
 from fdi.structure.index import is_observable, residual_causality
+from fdi.structure.isolability import isolability_of_signatures
 
 from .models import SHARED, dense, needs_shared
 
@@ -79,6 +82,20 @@ def test_the_redundancy_of_mtes_counts_the_equations_without_faults():
     assert decompose(free).redundancy + 1 == 2
     for bits in mtes_sets(model):
         assert decompose(submodel(model, members(bits))).redundancy == 2
+
+
+@needs_shared
+def test_a_small_bank_has_the_isolability_of_all_tests():
+    """TestSelection(method="full") raises ValueError with numpy 2.4 (ragged array)."""
+    model = reference("three_tank")
+    bank = select_tests(model)
+    assert (bank.isolable == isolability(model)).all()
+    sets = [test.equations for test in bank.tests]
+    assert set(sets) <= set(mso_sets(model))
+    reacts = signature_frame(model, sets).to_numpy()
+    for left_out in range(len(sets)):  # none is superfluous
+        rest = np.delete(reacts, left_out, axis=0)
+        assert (isolability_of_signatures(rest) < bank.isolable).any()
 
 
 def test_underdetermined_models_get_sensors():
