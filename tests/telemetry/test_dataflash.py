@@ -1,6 +1,7 @@
 """DataFlash logs: units, instances, definitions that change, bad files."""
 
 import struct
+import time
 from pathlib import Path
 
 import numpy as np
@@ -177,6 +178,32 @@ def test_machine_code_finds_the_same_records(monkeypatch, flips, at, inserted):
     pytest.importorskip("numba")
     data = spoiled(flips, at, inserted)
     assert all_records_by(data, "1", monkeypatch) == all_records_by(data, "0", monkeypatch)
+
+
+def test_definition_that_would_give_definitions_another_shape_is_none(monkeypatch):
+    low = len(small(5))
+    found = all_records_by(
+        small(5) + fmt(128, "EV", "QB", "TimeUS,Id") + small(5), "0", monkeypatch
+    )
+    assert not any(name == "EV" and places for (name, _), places in found["places"].items())
+    assert len(found["places"]["FMT", 0]) == 2 * small(0).count(b"\xa3\x95\x80")
+    assert found["lost"] == [[low, low + 89]]
+
+
+def test_headers_alone_cost_no_more_than_a_log(load):
+    """Each of 131,000 false headers is looked at a few times, not once for every known version."""
+    spent = time.process_time()
+    load(b"\xa3\x95" * 131_072)
+    assert time.process_time() - spent < 1.0
+
+
+def test_bytes_of_a_file_in_the_log_stay_as_they_are(load):
+    """ArduPilot puts whole files into logs, 64 bytes a record: NULs are part of them."""
+    piece = bytes(range(1, 60)) + b"\0\0\xff\0\0"
+    records = fmt(40, "FILE", "QNIBZ", "TimeUS,FileName,Offset,Length,Data")
+    for i in range(3):
+        records += b"\xa3\x95\x28" + struct.pack("<Q16sIB64s", i, b"@SYS/x", 64 * i, 64, piece)
+    assert load(small() + records)["FILE"].raw("Data").tolist() == [piece.decode("latin-1")] * 3
 
 
 def test_length_of_a_type_that_nobody_defines_is_learned(load):

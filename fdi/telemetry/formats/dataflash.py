@@ -14,7 +14,7 @@ from typing import Final
 from fdi.errors import LogError
 from fdi.telemetry.formats.dataflash_layouts import FMT, Bytes
 from fdi.telemetry.formats.dataflash_log import Finding, by_instance, make_log
-from fdi.telemetry.formats.dataflash_records import Records, all_records, find_headers
+from fdi.telemetry.formats.dataflash_records import Records, all_records, is_mostly_records
 from fdi.telemetry.formats.dataflash_tables import Blocks, Table, Tables
 from fdi.telemetry.log import Log
 
@@ -27,11 +27,7 @@ def is_dataflash(data: Bytes) -> bool:
     """Return whether the bytes hold DataFlash records."""
     if data[:3].tobytes() == _HEAD:
         return True
-    part = data[:_SNIFF]
-    if find_headers(part).at.size < max(part.size // 256, 3):
-        return False
-    records = all_records(part)
-    return records.count > 2 and records.lost_bytes < part.size - part.size // 2
+    return is_mostly_records(data[:_SNIFF])
 
 
 def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log:

@@ -30,6 +30,7 @@ Ints = NDArray[np.int64]
 
 FMT: Final = 0x80
 FMT_LENGTH: Final = 89
+_OWN_FORM: Final = ("FMT", FMT_LENGTH, "BBnNZ")
 LENGTHS: Final = range(3, 256)
 CHARACTERS: Final = {
     **{"a": "<i2", "b": "i1", "B": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4"},
@@ -144,14 +145,18 @@ def definition(body: bytes) -> Layout | None:
         text.split(b"\0")[0].decode("latin-1").strip()
         for text in (body[2:6], body[6:22], body[22:86])
     )
-    return layout(body[0], name, body[1], form, labels)
+    made = layout(body[0], name, body[1], form, labels)
+    if made is None or body[0] != FMT:
+        return made
+    # what gives definitions another shape than the one by which it was found is none
+    return fmt_layout() if (name, made.length, form) == _OWN_FORM else None
 
 
-def with_known(own: list[Layout], score: Callable[[list[Layout]], int]) -> list[Layout]:
+def with_known(own: list[Layout], best_of: Callable[[list[list[Layout]]], int]) -> list[Layout]:
     """Return the layouts with missing ones added from the known firmware that fits best.
 
-    ``score`` says how many bytes of the file a set of layouts explains; it decides where the file
-    defines too little to tell.
+    ``best_of`` says which of several sets of layouts explains most of the file; it decides where
+    the file defines too little to tell.
     """
     mine = {one.number: one for one in own}
     versions = known_versions()
@@ -161,7 +166,8 @@ def with_known(own: list[Layout], score: Callable[[list[Layout]], int]) -> list[
         if _alike(mine, versions[best]) < _AGREE * max(len(both), 1):
             return own
     else:
-        best = max(versions, key=lambda v: score([*own, *_missing(mine, versions[v])]))
+        choices = [[*own, *_missing(mine, known)] for known in versions.values()]
+        return choices[best_of(choices)]
     return [*own, *_missing(mine, versions[best])]
 
 
@@ -196,7 +202,8 @@ def known_versions() -> dict[str, dict[int, Layout]]:
 
 def fmt_layout() -> Layout:
     """Return the layout of the definitions themselves, which is the same in every log."""
-    made = layout(FMT, "FMT", FMT_LENGTH, "BBnNZ", "Type,Length,Name,Format,Columns")
+    name, length, form = _OWN_FORM
+    made = layout(FMT, name, length, form, "Type,Length,Name,Format,Columns")
     assert made is not None
     return made
 

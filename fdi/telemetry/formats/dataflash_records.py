@@ -48,6 +48,7 @@ _ROWS: Final = 1 << 17  # records looked at together
 _PAGE: Final = 1 << 12
 _TYPES: Final = 256
 _SPECIMEN: Final = 4 << 20  # bytes that decide between known versions
+_LAYERS: Final = 8  # types without a definition that may follow each other
 _ENOUGH: Final = 5  # gaps of one length that show the length of a type
 _ALIKE: Final = 0.9  # share of the gaps of a type that have it
 _WIDEST: Final = 1024  # bytes of a gap that a few records may fill
@@ -122,7 +123,7 @@ def all_records(data: Bytes) -> Records:
     if not any(one.number == FMT for one in own):
         own.append(fmt_layout())
 
-    def found(data: Bytes, layouts: Sequence[Layout]) -> Records:
+    def found(layouts: Sequence[Layout]) -> Records:
         known = _Known(data, layouts, false_definitions)
         records = _Collection(known)
         if run is not None:
@@ -131,16 +132,47 @@ def all_records(data: Bytes) -> Records:
             _walk(headers or find_headers(data), known, records)
         return records.records(layouts)
 
-    def explained(layouts: Sequence[Layout]) -> int:
-        head = data[:_SPECIMEN]
-        return head.size - found(head, layouts).lost_bytes
-
-    layouts = with_known(own, explained)
-    records = found(data, layouts)
-    while more := _unknown_layouts(data, records):
+    layouts = with_known(own, lambda choices: _filled_most(data[:_SPECIMEN], choices))
+    records = found(layouts)
+    for _ in range(_LAYERS):
+        more = _unknown_layouts(data, records)
+        if not more:
+            break
         layouts = [*layouts, *more]
-        records = found(data, layouts)
+        records = found(layouts)
     return records
+
+
+def is_mostly_records(data: Bytes) -> bool:
+    """Return whether records fill more than half of the bytes, as far as their headers show."""
+    headers = find_headers(data)
+    if headers.at.size < max(data.size // 256, 3):
+        return False
+    own, _ = defined(data, _definition_places(data, headers))
+    layouts = with_known(own, lambda choices: _filled_most(data, choices))
+    return _filled(data, headers, layouts) > data.size // 2
+
+
+def _filled_most(data: Bytes, choices: Sequence[Sequence[Layout]]) -> int:
+    """Return the number of the layouts whose records fill most of the bytes."""
+    headers = find_headers(data)
+    return int(np.argmax([_filled(data, headers, layouts) for layouts in choices]))
+
+
+def _filled(data: Bytes, headers: Headers, layouts: Sequence[Layout]) -> int:
+    """Return how many bytes the records have that end where a header stands, or the file ends.
+
+    It says enough about layouts, in a hundredth of the time that finding the records takes.
+    """
+    lengths = np.zeros(_TYPES, np.int64)
+    for one in reversed(layouts):  # the first of a type counts
+        lengths[one.number] = one.length
+    sizes = lengths[headers.type]
+    ends = headers.at + sizes
+    follows = np.append(data, np.frombuffer(HEADER, np.uint8))  # as if one stood at the end
+    ends[ends > data.size] = 0
+    is_joined = (follows[ends] == HEADER[0]) & (follows[ends + 1] == HEADER[1])
+    return int(sizes[is_joined & (ends > 0)].sum())
 
 
 def _definition_places(data: Bytes, headers: Headers | None) -> Ints:
@@ -217,12 +249,12 @@ class _Known:
         if place + 3 > self.size or self.bytes[place : place + 2].tobytes() != HEADER:
             return 0
         number = self.bytes[place + 2]
+        if number == FMT and place in self._false:
+            return 0
         if number in self.again:
             versions = self.again[number]
             since = bisect_right([one.since for one in versions], place) - 1
             return versions[since].length
-        if number == FMT and place in self._false:
-            return 0
         length: int = self._length[number]
         return length
 
@@ -329,7 +361,7 @@ def _group(start: Offsets, types: Bytes, free: NDArray[np.int64], grouped: Offse
 def _walk(headers: Headers, known: _Known, found: _Collection) -> None:
     """Find the records, from the places of all headers."""
     place = 0  # where the next record begins at the earliest
-    for low in range(0, int(np.searchsorted(headers.at, known.size)), _ROWS):
+    for low in range(0, headers.at.size, _ROWS):
         at = headers.at[low : low + _ROWS].astype(np.int64)
         types = headers.type[low : low + _ROWS]
         lengths = known.lengths_of(at, types)

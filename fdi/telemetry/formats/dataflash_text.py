@@ -122,7 +122,7 @@ def _layouts(own: list[Layout]) -> dict[str, list[Layout]]:
             known.append(_in_words(one))
     if len(versions) > _ENOUGH:
         once = [replace(one, since=0) for one in own]
-        for one in with_known(once, lambda layouts: 0):
+        for one in with_known(once, lambda choices: 0):
             if one.fields:
                 versions.setdefault(one.name, [_in_words(one)])
     return versions

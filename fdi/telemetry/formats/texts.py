@@ -87,7 +87,9 @@ def texts(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def binary(values: NDArray[Any]) -> NDArray[Any]:
-    """Return `str` of one character per byte (Latin-1), trailing NULs cut off."""
+    """Return `str` of one character per byte (Latin-1), NULs included."""
     found = np.empty(values.size, object)
-    found[:] = [raw.decode("latin-1") for raw in values.tolist()]
+    # as bytes of no kind: numpy takes trailing NULs off texts
+    raws = np.ascontiguousarray(values).view(f"V{values.dtype.itemsize}").tolist()
+    found[:] = [raw.decode("latin-1") for raw in raws]
     return found

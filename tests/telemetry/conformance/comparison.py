@@ -25,7 +25,6 @@ REASONS: Final = {
     "pulse": "pulse widths, which stay in microseconds",
     "corrected": "values whose stated unit is wrong or missing, corrected by the table",
     "multiplier": "values with a multiplier of the file that the reference reader leaves out",
-    "binary": "texts of FILE.Data, which are binary",
     "cut_text": "texts that the reference reader cuts at a comma",
     "padding": "bytes between the fields of a record, which hold nothing",
     "characters": "characters of texts, which the reference reader shows as numbers",

@@ -113,11 +113,8 @@ def _compare_message(
         if character == "a":
             columns = list(zip(*values, strict=True))
         elif character in TEXT:
-            if ours.name == "FILE" and character == "Z":
-                found.explained["binary"] += len(values)
-                next(names)
-                continue
-            columns = [[_text(value) for value in values]]
+            is_binary = ours.name == "FILE" and character == "Z"
+            columns = [[value.decode("latin-1") if is_binary else _text(value) for value in values]]
         label = theirs[0].fmt.columns[index] if index < len(theirs[0].fmt.columns) else ""
         stated, reason = units.conversion(ours.name, label, index, character)
         for name, column in zip(islice(names, len(columns)), columns, strict=True):
