@@ -22,12 +22,14 @@ _PX4_AUTO = 4
 class FieldMeaning:
     """Unit of a field as the dialect would spell it, and the raw values that mean unknown.
 
-    ``blank``: the value is unknown where all these fields of the record have these raw values.
+    ``blank``: the value is unknown where all these fields of the record have these raw values;
+    ``range``: the least and the largest raw value that is possible.
     """
 
     unit: str
     invalid: tuple[float, ...] = ()
     blank: tuple[tuple[str, float], ...] = ()
+    range: tuple[float, float] | None = None
 
 
 @cache
@@ -39,7 +41,13 @@ def data_table(name: str) -> Mapping[str, Any]:
 
 
 def mavlink_meaning(
-    message: str, field: str, unit: str, *, autopilot: str, vehicle: str
+    message: str,
+    field: str,
+    unit: str,
+    *,
+    autopilot: str,
+    vehicle: str,
+    recorded: str | None = None,
 ) -> FieldMeaning:
     """Return what a MAVLink field means, for this autopilot and vehicle.
 
@@ -49,8 +57,10 @@ def mavlink_meaning(
         As the dialect spells them; an array's field without index.
     unit : str
         The dialect's unit, "" where it has none.
+    recorded : str, optional
+        When the log was recorded, UTC as ISO 8601: an old log is no newer firmware's.
     """
-    meaning: dict[str, Any] = {"unit": unit, "invalid": (), "blank": {}}
+    meaning: dict[str, Any] = {"unit": unit, "invalid": (), "blank": {}, "range": None}
     facts = {"autopilot": autopilot, "vehicle": vehicle}
     for rule in _rules_of(message):
         if not any(fnmatchcase(f"{message}.{field}", pattern) for pattern in rule["fields"]):
@@ -60,9 +70,12 @@ def mavlink_meaning(
             continue
         if any(facts[key] in refused for key, refused in unless.items()):
             continue
+        if "before" in rule and not (recorded and recorded < rule["before"]):
+            continue
         meaning.update({key: rule[key] for key in meaning if key in rule})
     blank = tuple((name, float(value)) for name, value in meaning["blank"].items())
-    return FieldMeaning(meaning["unit"], tuple(map(float, meaning["invalid"])), blank)
+    limits = None if meaning["range"] is None else (meaning["range"][0], meaning["range"][1])
+    return FieldMeaning(meaning["unit"], tuple(map(float, meaning["invalid"])), blank, limits)
 
 
 @cache

@@ -43,6 +43,9 @@ class Column:
         Records too short to hold the field (MAVLink 1 without its extensions).
     is_text : bool
         The values are `str`.
+    range : (float, float) or None
+        The least and the largest raw value that is possible: others, and what is no number, are
+        unknown.
     """
 
     load: Callable[[], NDArray[Any]]
@@ -51,6 +54,7 @@ class Column:
     blank: tuple[tuple[str, float], ...] = ()
     absent: Callable[[], NDArray[np.bool_] | None] = lambda: None
     is_text: bool = False
+    range: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -171,6 +175,8 @@ class Message:
             values[~np.isfinite(values)] = np.nan
         for sentinel in column.invalid:
             values[raw == sentinel] = np.nan
+        if column.range is not None:
+            values[is_outside(raw, column.range)] = np.nan
         if column.blank:
             is_blank = [self.raw(other) == value for other, value in column.blank]
             values[np.logical_and.reduce(is_blank)] = np.nan
@@ -210,6 +216,12 @@ class Message:
             for name, column in self.columns.items()
         }
         return pd.DataFrame(columns, index=pd.Index(self.t, name="t"))
+
+
+def is_outside(raw: NDArray[Any], limits: tuple[float, float]) -> NDArray[np.bool_]:
+    """Return which raw values lie outside their limits, or are no numbers."""
+    inside: NDArray[np.bool_] = (raw >= limits[0]) & (raw <= limits[1])
+    return ~inside
 
 
 def _read_only(values: NDArray[Any]) -> NDArray[Any]:

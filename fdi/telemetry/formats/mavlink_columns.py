@@ -115,7 +115,9 @@ class Payloads:
         return short if short.any() else None
 
 
-def columns(payloads: Payloads, *, autopilot: str, vehicle: str) -> dict[str, Column]:
+def columns(
+    payloads: Payloads, *, autopilot: str, vehicle: str, recorded: str | None
+) -> dict[str, Column]:
     """Return a column for every field of the message, in the order of its definition."""
     made: dict[str, Column] = {}
     for wanted in payloads.definition.fields:
@@ -125,6 +127,7 @@ def columns(payloads: Payloads, *, autopilot: str, vehicle: str) -> dict[str, Co
             wanted.unit,
             autopilot=autopilot,
             vehicle=vehicle,
+            recorded=recorded,
         )
         for index in range(wanted.count) if wanted.count else (None,):
             name = wanted.name if index is None else f"{wanted.name}[{index}]"
@@ -135,5 +138,6 @@ def columns(payloads: Payloads, *, autopilot: str, vehicle: str) -> dict[str, Co
                 meaning.blank,
                 partial(payloads.absent, wanted),
                 wanted.is_text,
+                meaning.range,
             )
     return made

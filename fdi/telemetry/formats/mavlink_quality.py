@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fdi.telemetry.clock import Timeline
 from fdi.telemetry.dialect import definition
 from fdi.telemetry.formats.mavlink_frames import Damage, Frames
-from fdi.telemetry.message import Message
+from fdi.telemetry.message import Message, is_outside
 from fdi.telemetry.quality import QualityRecord
 
 _SINGLE: Final = 20  # more findings of one kind are told as one
@@ -136,3 +136,31 @@ def duplicate_record(messages: Mapping[str, Message]) -> Iterator[QualityRecord]
         total = sum(left_out.values())
         text = f"{total} records have the time of another one: the last is kept ({names})"
         yield QualityRecord("duplicate", None, None, None, total, text)
+
+
+def invalid_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
+    """Yield, field by field, the values that are impossible: no numbers, or beyond any limit."""
+    for key, message in messages.items():
+        for name, column in message.columns.items():
+            if column.range is None:
+                continue
+            raw = message.raw(name)
+            wrong = is_outside(raw, column.range)
+            if not wrong.any():
+                continue
+            for sentinel in column.invalid:
+                wrong &= raw != sentinel
+            rows = np.flatnonzero(wrong)
+            if rows.size:
+                yield _impossible(f"{key}.{name}", message, column.range, rows)
+
+
+def _impossible(
+    channel: str, message: Message, limits: tuple[float, float], rows: NDArray[np.int64]
+) -> QualityRecord:
+    times = message.t[np.isin(message.kept, rows)]
+    start, end = (float(times[0]), float(times[-1])) if times.size else (None, None)
+    low, high = (f"{limit:g}" for limit in limits)
+    text = f"{rows.size} of {message.stamp.size} values are no numbers or not in {low} .. {high} "
+    text += "on the wire: unknown"
+    return QualityRecord("invalid_values", channel, start, end, int(rows.size), text)

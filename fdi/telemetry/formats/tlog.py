@@ -9,7 +9,8 @@ radios, add messages that it does not send itself. Ground stations are only coun
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
@@ -35,6 +36,7 @@ from fdi.telemetry.formats.mavlink_quality import (
     damage_records,
     duplicate_record,
     gap_records,
+    invalid_records,
     link_records,
     lost_frames,
 )
@@ -50,7 +52,7 @@ from fdi.telemetry.formats.mavlink_vehicle import (
     sources,
 )
 from fdi.telemetry.log import Log
-from fdi.telemetry.message import Message
+from fdi.telemetry.message import Column, Message
 from fdi.telemetry.quality import QualityRecord
 
 Floats = NDArray[np.float64]
@@ -100,7 +102,12 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     line = vehicle_timeline(frames.stamp_us, own)
     created = groups.of_each(line.created)
     span = _span([t for key, t in created.items() if key[:2] == vehicle.sender])
-    messages = _messages(groups, created, groups.of_each(_stamps(frames, line)), line, vehicle)
+    clock = make_clock(line, *vehicle_utc(own), frames.stamp_us)
+    stamps = groups.of_each(_stamps(frames, line))
+    read = partial(
+        columns, autopilot=vehicle.autopilot, vehicle=vehicle.vehicle, recorded=clock.utc(0.0)
+    )
+    messages = _messages(groups, created, stamps, line, vehicle, read)
     messages, repaired = vertical_speed_down(messages)
     values, changes, named = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
@@ -109,6 +116,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *line.quality,
         *repaired,
         *gap_records(messages),
+        *invalid_records(messages),
         *link_records(*senders[vehicle.sender], span),
         *repeats,
         *duplicate_record(messages),
@@ -124,7 +132,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         changes,
         tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
-        make_clock(line, *vehicle_utc(own), frames.stamp_us),
+        clock,
         vehicle.vehicle,
         vehicle.autopilot,
         firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle)),
@@ -159,6 +167,7 @@ def _messages(
     stamps: Mapping[Key, Floats],
     line: Timeline,
     vehicle: Vehicle,
+    read: Callable[[Payloads], dict[str, Column]],
 ) -> dict[str, Message]:
     """Return the chosen vehicle's messages by key, ascending."""
 
@@ -179,10 +188,9 @@ def _messages(
             is_own = sender[:2] == vehicle.sender
             t, kept = record_times(part, created[sender][rows], line, every, own=is_own)
             stamp = stamps[sender][rows]
-            fields = columns(part, autopilot=vehicle.autopilot, vehicle=vehicle.vehicle)
             for array in (t, kept, stamp):
                 array.flags.writeable = False
-            message = Message(name, instance, t, stamp, kept, MappingProxyType(fields))
+            message = Message(name, instance, t, stamp, kept, MappingProxyType(read(part)))
             made[message.key] = message
     return dict(sorted(made.items()))
 
