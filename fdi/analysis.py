@@ -111,12 +111,21 @@ def analyze(
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,
-        warnings=observed.warnings,
+        warnings=(*(_choice(log) if system is None else ()), *observed.warnings),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
         writer=write_report,
     )
+
+
+def _choice(log: Log) -> tuple[str, ...]:
+    """Return which vehicle was taken where nobody said which."""
+    others = [f"{source.system} ({source.vehicle})" for source in log.other_vehicles]
+    if not others:
+        return ()
+    taken = f"system {log.system_id} ({log.vehicle}) was taken, which sent most"
+    return (f"there are other vehicles in the log, system {', '.join(others)}: {taken}",)
 
 
 def _check_window(window: tuple[float, float] | None, log: Log) -> None:

@@ -146,6 +146,11 @@ def test_vehicle_with_most_frames_is_taken_unasked(tmp_path):
     mixed = document_of_bytes(joined(interleaved(COPTER, TUMBLE)), tmp_path)
     assert mixed["log"]["system_id"] == 1
     assert_same_answer(document_of(COPTER.path), mixed)
+    told = [text for text in mixed["warnings"] if "other vehicles" in text]
+    assert len(told) == 1
+    assert "system 7" in told[0]
+    chosen = document_of_bytes(joined(interleaved(COPTER, TUMBLE)), tmp_path, system=1)
+    assert not [text for text in chosen["warnings"] if "other vehicles" in text]
 
 
 @pytest.mark.parametrize("case", FAULTY)

@@ -286,7 +286,8 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
     quality = []
     if wrong.size:
         text = f"{wrong.size} record stamps are wrong: interpolated"
-        quality.append(_finding("repaired", float(arrival[wrong[0]]), wrong.size, text))
+        first, last = float(arrival[wrong[0]]), float(arrival[wrong[-1]])
+        quality.append(QualityRecord("repaired", None, first, last, int(wrong.size), text))
     jumps = [
         _finding(
             "clock_jump",

@@ -191,6 +191,15 @@ class Log:
         found: tuple[Event, ...] = self._cache["events"]
         return found
 
+    @property
+    def other_vehicles(self) -> tuple[Source, ...]:
+        """The autopilots of other systems in the log: those that were not chosen."""
+        return tuple(
+            source
+            for source in self.sources
+            if not source.chosen and source.autopilot and source.system != self.system_id
+        )
+
     def __getitem__(self, key: str) -> Message:
         found = self.messages.get(key)
         if found is None:

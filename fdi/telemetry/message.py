@@ -196,12 +196,10 @@ class Message:
         """Return the SI unit of `si`, "" dimensionless; "us" for pulse widths."""
         return self._column(name).conversion.unit
 
-    def with_sign(self, name: str, sign: float) -> Message:
-        """Return the same message with one field's SI value multiplied by a sign."""
-        old = self._column(name)
-        unit, scale, offset = old.conversion
-        turned = replace(old, conversion=Conversion(unit, sign * scale, sign * offset))
-        return replace(self, columns={**self.columns, name: turned}, _cache={})
+    def with_conversion(self, name: str, conversion: Conversion) -> Message:
+        """Return the same message with another meaning of one field's values."""
+        changed = replace(self._column(name), conversion=conversion)
+        return replace(self, columns={**self.columns, name: changed}, _cache={})
 
     def forget(self) -> None:
         """Let go of the decoded columns; they are decoded anew when they are asked for again."""

@@ -128,6 +128,8 @@ def test_second_vehicle_does_not_disturb_the_first(load):
         np.testing.assert_array_equal(alone[key].t, both[key].t)
     assert load(b"".join(mixed), system=7).system_id == 7
     assert [s.system for s in both.sources] == [1, 7]
+    assert [s.system for s in both.other_vehicles] == [7]
+    assert not alone.other_vehicles
     with pytest.raises(UsageError, match="no system 9") as caught:
         load(b"".join(mixed), system=9)
     assert "1, 7" in str(caught.value)

@@ -41,7 +41,7 @@ from fdi.telemetry.formats.mavlink_quality import (
     lost_frames,
 )
 from fdi.telemetry.formats.mavlink_repeats import without_repeats
-from fdi.telemetry.formats.mavlink_signs import vertical_speed_down
+from fdi.telemetry.formats.mavlink_signs import vertical_speed_down, wind_from
 from fdi.telemetry.formats.mavlink_times import record_times, vehicle_timeline, vehicle_utc
 from fdi.telemetry.formats.mavlink_vehicle import (
     RADIO,
@@ -108,13 +108,15 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         columns, autopilot=vehicle.autopilot, vehicle=vehicle.vehicle, recorded=clock.utc(0.0)
     )
     messages = _messages(groups, created, stamps, line, vehicle, read)
-    messages, repaired = vertical_speed_down(messages)
+    messages, up = vertical_speed_down(messages)
+    messages, upwind = wind_from(messages, clock.utc(0.0))
     values, changes, named = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
     quality = [
         *damage_records(frames, line),
         *line.quality,
-        *repaired,
+        *up,
+        *upwind,
         *gap_records(messages),
         *invalid_records(messages),
         *link_records(*senders[vehicle.sender], span),
