@@ -6,7 +6,9 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 
 - ``alarms.py``: the value of this stage
 - ``policy.py``: the recipe of an analysis, read from YAML (``policies/*.yaml``)
+- ``recipes.py``: what each way to decide takes from a policy
 - ``noise.py``: centre and spread of a residual in the flight's own calm part
+- ``bounds.py``: how far each residual of a flight may stray
 - ``detectors.py``: the ways to decide, one function each
 """
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fdi.decision.alarms import Alarms, Marking, Use
-from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
+from fdi.decision.detectors import DETECTORS
+from fdi.decision.recipes import PredictedSpread, Rank
 from fdi.errors import ModelError
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals

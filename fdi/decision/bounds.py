@@ -1,0 +1,185 @@
+"""How far may each residual of a flight stray? What is learned from the flight before judging it.
+
+In: residuals and the recipe ``predicted_spread``. Out: ``Bounds``: the constant to take off, the
+threshold of single samples from stated accuracies and the flight's own calm part, and the threshold
+of means from the means of that length in this flight. Residuals are held against bounds in
+``detectors.judge``; they need not be those that the bounds were learned from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.decision.noise import (
+    airborne_mask,
+    centres,
+    reference_mask,
+    settled_mask,
+    spread_factors,
+    trailing_mean,
+)
+from fdi.decision.recipes import PredictedSpread
+from fdi.model.evaluate import Floats, wrap
+from fdi.model.parts import Kind
+from fdi.residuals import Residuals
+
+CLIP: Final = 5.0
+"""Standard deviations; more in one sample counts as much in a mean."""
+KNOWN_SHARE: Final = 0.7
+"""Of the samples of a mean."""
+STANDING: Final = 0.8
+"""A limit violated for this share of the flight's beginning is a condition."""
+CALM_SHARE: Final = 0.4
+"""Quantile of the means that tells the flight's own level: a fault may fill half of the flight."""
+ROUGHER: Final = 3.0
+"""So much more than in its first third a healthy flight may shake later."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """What the residuals of a flight are held against; r residuals, n samples.
+
+    Attributes
+    ----------
+    centre : (r,) float
+        The constant that is taken off.
+    circular : (r,) bool
+        The residual is an angle.
+    side : (r,) int8
+        -1 and 1: a residual below and above zero counts only; 0: either.
+    stated : (r,) bool
+        The model states the bound (limits, equalities): it is not one of noise.
+    tolerance : (r, 1) float
+    noise : (r, n) float
+        The threshold beyond the tolerance.
+    spread : (r, n) float
+        Predicted standard deviation.
+    settled : (n,) bool
+        Means are taken here.
+    unfit : (r,) bool
+        Not judged.
+    mean_spread, mean_bound : (r, n) float
+        The trailing mean of the spread, and what the trailing mean of the residual may reach; NaN
+        where it is not judged.
+    """
+
+    centre: Floats
+    circular: NDArray[np.bool_]
+    side: NDArray[np.int8]
+    stated: NDArray[np.bool_]
+    tolerance: Floats
+    noise: Floats
+    spread: Floats
+    settled: NDArray[np.bool_]
+    unfit: NDArray[np.bool_]
+    mean_spread: Floats
+    mean_bound: Floats
+
+    def strayed(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return how far residuals are off their centre, and the size of what counts of that."""
+        return strayed(values, self.centre, self.circular, self.side)
+
+    def scales(self, scale: float) -> Floats:
+        """Return what a scale of the thresholds of noise means for every residual."""
+        return np.where(self.stated, 1.0, scale)
+
+
+def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
+    """Return what residuals may reach, from the model's statements and the flight's calm part."""
+    signals, spread = residuals.signals, residuals.spread
+    equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
+    # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
+    limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
+    stated = limit | np.array([equation.kind is Kind.EQUALITY for equation in equations], bool)
+    circular = np.array([equation.circular for equation in equations], bool)
+    # A residual is right minus left: below zero where the left side is above.
+    side = np.array([{"above": -1, "below": 1}.get(e.side, 0) for e in equations], np.int8)
+    tolerance = residuals.tolerance[:, None]
+    reference = reference_mask(signals, recipe.reference_s)
+    centre = np.where(limit, 0.0, centres(residuals.values, residuals.allowance, reference))
+    off, size = strayed(residuals.values, centre, circular, side)
+    deviation = np.maximum(size - tolerance, 0.0)
+    block = max(3, round(recipe.block_s * signals.rate_hz))
+    factor = spread_factors(deviation, spread, airborne_mask(signals), block)
+    factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
+    factor = np.where(limit, 1.0, factor)
+    with np.errstate(invalid="ignore"):
+        unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
+    unfit = np.where(limit, _stands(size, reference), unfit)
+    settled = settled_mask(signals)
+    ratio = normalised(off, tolerance, spread, settled)
+    ratio[limit] = np.nan
+    count = max(2, round(recipe.mean_s * signals.rate_hz))
+    mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
+    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
+    mean_bound = _mean_bounds(mean, count, recipe)[:, None] * mean_spread
+    return Bounds(
+        centre,
+        circular,
+        side,
+        stated,
+        tolerance,
+        recipe.sigmas * factor[:, None] * spread,
+        spread,
+        settled,
+        np.asarray(unfit, bool),
+        mean_spread,
+        mean_bound,
+    )
+
+
+def strayed(
+    values: Floats, centre: Floats, circular: NDArray[np.bool_], side: NDArray[np.int8]
+) -> tuple[Floats, Floats]:
+    """Return how far residuals are off their centre, and the size of what counts of that."""
+    off = values - centre[:, None]
+    off[circular] = wrap(off[circular])
+    size = np.abs(off)
+    for row in np.flatnonzero(side):
+        size[row] = np.maximum(side[row] * off[row], 0.0)
+        off[row] = np.where(np.isfinite(off[row]), size[row], np.nan)
+    return off, size
+
+
+def normalised(
+    off: Floats, tolerance: Floats, spread: Floats, settled: NDArray[np.bool_]
+) -> Floats:
+    """Return what means are taken of: the residual beyond its tolerance over its spread, clipped.
+
+    Clipped, so that neither a single outlier nor a manoeuvre, in which residuals and spread swell
+    together, decides.
+    """
+    beyond = np.sign(off) * np.maximum(np.abs(off) - tolerance, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.clip(np.where(spread > 0, beyond / spread, np.nan), -CLIP, CLIP)
+    ratio[:, ~settled] = np.nan
+    return ratio
+
+
+def _mean_bounds(mean: Floats, count: int, recipe: PredictedSpread) -> Floats:
+    """Return what means may reach, in standard deviations, from the sizes they have."""
+    bound = np.full(len(mean), np.nan)
+    for row, own in enumerate(mean):
+        known = own[np.isfinite(own)]
+        if len(known):
+            first = known[: max(count, len(known) // 3)]
+            level, early = (float(np.quantile(part, CALM_SHARE)) for part in (known, first))
+            level, early = recipe.mean_levels * level, recipe.mean_levels * early
+            # A fault may fill most of the flight, but not its first third as well: there means as
+            # large as this are the test's nature, and no mean is judged.
+            if early <= recipe.mean_most:
+                level = min(level, ROUGHER * early)
+                bound[row] = np.clip(level, recipe.mean_least, recipe.mean_most)
+    return bound
+
+
+def _stands(excess: Floats, reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which limits are violated from the beginning of the flight on."""
+    early = excess[:, reference]
+    with np.errstate(invalid="ignore"):
+        over = (early > 0).sum(axis=1)
+    return np.asarray((over > 0) & (over >= STANDING * early.shape[1]))
