@@ -111,7 +111,11 @@ def analyze(
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,
-        warnings=(*(_choice(log) if system is None else ()), *observed.warnings),
+        warnings=(
+            *(_choice(log) if system is None else ()),
+            *observed.warnings,
+            *bank.notes,
+        ),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,

@@ -320,6 +320,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
                 "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
                 "status": "ok",
                 "why": "",
+                "reason": None,
             }
         )
     for place, refused in enumerate(analysis.bank.not_implementable, 1):
@@ -332,6 +333,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
                 "triggered": [],
                 "status": "not implementable",
                 "why": refused.why,
+                "reason": refused.reason.value,
             }
         )
     return rows

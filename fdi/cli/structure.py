@@ -61,7 +61,7 @@ def structure(
     if as_json:
         from fdi.report import json_text
 
-        for line in found.system.warnings:
+        for line in found.warnings:
             complain(f"fdi: warning: {line}")
         answer(json_text(model_document(found)))
     else:

@@ -42,7 +42,7 @@ class Policy:
     name: str
     sha256: str
     description: str
-    tests: Literal["mtes", "mtes+cross_checks"]
+    tests: Literal["mtes", "mtes+cross_checks", "selected"]
     sampling: Sampling
     differentiation: Differentiation
     decision: PredictedSpread | Rank

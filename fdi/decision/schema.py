@@ -62,7 +62,7 @@ class PolicyFile(_Entry):
     format: Literal[1]
     name: str
     description: str = ""
-    tests: Literal["mtes", "mtes+cross_checks"]
+    tests: Literal["mtes", "mtes+cross_checks", "selected"]
     sampling: SamplingEntry
     differentiation: DifferentiationEntry
     decision: Annotated[PredictedSpreadEntry | RankEntry, Field(discriminator="method")]

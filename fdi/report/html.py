@@ -8,6 +8,7 @@ value; figures are embedded as images, in which nothing runs.
 from __future__ import annotations
 
 import base64
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
@@ -146,11 +147,11 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda item: -item["alarm"])
 
 
-def _refused(analysis: Analysis) -> list[tuple[str, int]]:
-    reasons: dict[str, int] = {}
-    for item in analysis.bank.not_implementable:
-        reasons[item.why] = reasons.get(item.why, 0) + 1
-    return sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
+def _refused(analysis: Analysis) -> list[tuple[str, str, int]]:
+    """Return reasons why sets have no generator, in one word and in many, and for how many sets."""
+    reasons = Counter((r.reason.value, r.why) for r in analysis.bank.not_implementable)
+    ordered = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
+    return [(*reason, count) for reason, count in ordered]
 
 
 def _names(analysis: Analysis, numbers: Sequence[int]) -> list[str]:

@@ -6,17 +6,19 @@ detectability, isolability by the implementable generators and by structure alon
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Final
 
 from fdi import structure
 from fdi.diagnosis import Isolability
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
-from fdi.errors import ModelError, UsageError
+from fdi.errors import UsageError
 from fdi.model import Airframe, System
 from fdi.model.placement import Placement
 from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
+from fdi.residuals.sets import MAX_CANDIDATES
 from fdi.result import isolability_rows
 
 SCHEMA_VERSION: Final = 1
@@ -32,7 +34,7 @@ class ModelStudy:
     Attributes
     ----------
     bank : Bank
-        Of the MTES alone, as all counts are.
+        Of the MTES alone, as all counts are; where they are too many, of selected tests.
     mso, cross_checks : int or None
         How many MSO sets there are, and how many generators the default policy adds; None where
         there are too many to count.
@@ -55,13 +57,22 @@ class ModelStudy:
     placement: Placement | None = None
 
     @property
-    def mtes(self) -> int:
-        """Return how many MTES there are, implementable or not."""
+    def mtes(self) -> int | None:
+        """Return how many MTES there are, implementable or not; None if too many to list."""
+        if not self.bank.listed:
+            return None
         return len(self.bank.generators) + len(self.bank.not_implementable)
 
     @property
-    def restricted(self) -> int:
-        """Return how many generators match no non-invertible edge."""
+    def warnings(self) -> tuple[str, ...]:
+        """Return what of the model could not be used, and where not all test sets are listed."""
+        return (*self.system.warnings, *self.bank.notes)
+
+    @property
+    def restricted(self) -> int | None:
+        """Return how many generators match no non-invertible edge; None if not all are listed."""
+        if not self.bank.listed:
+            return None
         return sum(generator.restricted for generator in self.bank.generators)
 
 
@@ -71,13 +82,7 @@ def study(
     log_name: str | None = None,
     placement: Placement | None = None,
 ) -> ModelStudy:
-    """Return what a model can show with the telemetry that a system stands for.
-
-    Raises
-    ------
-    ModelError
-        It has too many MTES.
-    """
+    """Return what a model can show with the telemetry that a system stands for."""
     bank, cross_checks = _bank(system)
     model = system.structure()
     return ModelStudy(
@@ -100,6 +105,8 @@ def _count_mso(model: structure.Model) -> int | None:
     components = structure.graph_components(model)
     for component in sorted(components, key=lambda part: -part.redundancy):
         part = structure.submodel(model, component.equations)
+        if structure.count_bound(part) > MAX_CANDIDATES:
+            return None
         try:
             total += sum(1 for _ in structure.mso_sets(part, limit=MSO_LIMIT))
         except UsageError:
@@ -112,18 +119,16 @@ def _bank(system: System) -> tuple[Bank, int | None]:
 
     The default policy's bank holds the MTES first, and a former analysis may have kept it.
     """
-    try:
-        whole = cached_bank(system, "mtes+cross_checks")
-    except ModelError:
-        return cached_bank(system, "mtes"), None
-    own = tuple(g for g in whole.generators if g.origin == "mtes")
-    refused = tuple(r for r in whole.not_implementable if r.origin == "mtes")
-    bank = Bank(system, whole.nodes, own, refused)
-    return bank, len(whole.generators) - len(own)
+    whole = cached_bank(system, "mtes+cross_checks")
+    own = tuple(g for g in whole.generators if g.origin != "cross_check")
+    refused = tuple(r for r in whole.not_implementable if r.origin != "cross_check")
+    bank = Bank(system, whole.nodes, own, refused, whole.listed, whole.notes)
+    return bank, len(whole.generators) - len(own) if whole.listed else None
 
 
 def model_document(found: ModelStudy) -> dict[str, Any]:
     """Return what a model can show as plain values."""
+    refused = Counter(item.reason.value for item in found.bank.not_implementable)
     return {
         "schema_version": SCHEMA_VERSION,
         "model": {
@@ -145,9 +150,10 @@ def model_document(found: ModelStudy) -> dict[str, Any]:
             "mso": found.mso,
             "restricted_generators": found.restricted,
             "cross_checks": found.cross_checks,
+            "not_implementable": dict(sorted(refused.items())),
         },
         **({} if found.placement is None else {"placement": _placement(found.placement)}),
-        "warnings": list(found.system.warnings),
+        "warnings": list(found.warnings),
     }
 
 

@@ -6,6 +6,7 @@ and why, what cannot be told apart, and which tests cannot be implemented and wh
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -35,7 +36,7 @@ def model_summary(found: ModelStudy) -> Iterator[RenderableType]:
     yield from _groups(found)
     yield from _not_implementable(found)
     yield from _placement(found)
-    for line in found.system.warnings:
+    for line in found.warnings:
         yield text(f"warning: {line}", "yellow")
 
 
@@ -49,9 +50,13 @@ def _counts(found: ModelStudy) -> Iterator[RenderableType]:
         ("redundancy", found.redundancy, "of the overdetermined part"),
         ("graph components", found.graph_components, "of the overdetermined part"),
         ("MSO", _count(found.mso), "minimal overdetermined sets"),
-        ("MTES", found.mtes, "minimal test supports"),
-        ("residual generators", len(found.bank.generators), "that implement an MTES"),
-        ("  restricted", found.restricted, "with no non-invertible edge matched"),
+        ("MTES", _count(found.mtes), "minimal test supports"),
+        (
+            "residual generators",
+            len(found.bank.generators),
+            "that implement an MTES" if found.bank.listed else "selected",
+        ),
+        ("  restricted", _count(found.restricted), "with no non-invertible edge matched"),
         ("cross-checks", _count(found.cross_checks), "that the default policy adds"),
         ("detectable", seen, f"by structure alone {promised}"),
     ]
@@ -170,15 +175,15 @@ def _not_implementable(found: ModelStudy) -> Iterator[RenderableType]:
     refused = found.bank.not_implementable
     if not refused:
         return
-    reasons: dict[str, int] = {}
-    for item in refused:
-        reasons[item.why] = reasons.get(item.why, 0) + 1
-    yield heading(f"{plural(len(refused), 'MTES', 'MTES')} without a residual generator")
-    made = table("count", "why")
+    reasons = Counter((item.reason.value, item.why) for item in refused)
+    name = "MTES" if found.bank.listed else "selected set"
+    many = "MTES" if found.bank.listed else "selected sets"
+    yield heading(f"{plural(len(refused), name, many)} without a residual generator")
+    made = table("count", "reason", "why")
     made.columns[0].justify = "right"
     ordered = sorted(reasons.items(), key=lambda item: (-item[1], item[0]))
-    for why, count in ordered[:MOST_REASONS]:
-        made.add_row(text(count), text(why))
+    for (reason, why), count in ordered[:MOST_REASONS]:
+        made.add_row(text(count), text(reason), text(why))
     yield made
     if len(ordered) > MOST_REASONS:
         yield text(f"  and {plural(len(ordered) - MOST_REASONS, 'further reason')}", "dim")

@@ -5,7 +5,8 @@ over, such that everything can be computed in order from what was measured. ``Sy
 ``Bank`` + ``Signals`` -> ``Residuals``.
 
 - ``build.py``: from test sets to a bank
-- ``rules.py``, ``graph.py``: which matchings are valid
+- ``sets.py``: which test sets
+- ``rules.py``: which matchings are valid, and which are best
 - ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
 - ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
@@ -17,12 +18,14 @@ from fdi.residuals.bank import Bank, Generator, NotImplementable
 from fdi.residuals.build import build_bank
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import Residuals
+from fdi.residuals.rules import Reason
 
 __all__ = [
     "Bank",
     "Differentiation",
     "Generator",
     "NotImplementable",
+    "Reason",
     "Residuals",
     "build_bank",
 ]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fdi.model.expression import Expression
 from fdi.model.system import System
+from fdi.residuals.rules import Reason
 
 if TYPE_CHECKING:
     import pandas
@@ -81,7 +82,8 @@ class Generator:
     restricted : bool
         Whether no non-invertible edge is matched.
     origin : str
-        ``mtes``, or ``cross_check`` for a test that minimality would have thrown away.
+        ``mtes``, ``cross_check`` for a test that minimality would have thrown away, ``selected``
+        where not all sets were listed.
     """
 
     id: str
@@ -91,17 +93,18 @@ class Generator:
     residual: int
     steps: tuple[tuple[int, str], ...]
     restricted: bool
-    origin: Literal["mtes", "cross_check"] = "mtes"
+    origin: Literal["mtes", "cross_check", "selected"] = "mtes"
 
 
 @dataclass(frozen=True, slots=True)
 class NotImplementable:
-    """A test set that no residual generator can implement, and why."""
+    """A test set that no residual generator can implement, and why: in words and as a reason."""
 
     equations: tuple[int, ...]
     faults: tuple[str, ...]
     why: str
-    origin: Literal["mtes", "cross_check"] = "mtes"
+    origin: Literal["mtes", "cross_check", "selected"]
+    reason: Reason
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,12 +118,18 @@ class Bank:
         Every node after its arguments.
     generators : tuple of Generator
     not_implementable : tuple of NotImplementable
+    listed : bool
+        Whether generators and not implementable sets are all sets of the kind that was asked for.
+    notes : tuple of str
+        Where a selection stands for sets too many to be listed, in words.
     """
 
     system: System
     nodes: tuple[Node, ...]
     generators: tuple[Generator, ...]
     not_implementable: tuple[NotImplementable, ...]
+    listed: bool = True
+    notes: tuple[str, ...] = ()
 
     @property
     def incidence(self) -> NDArray[np.bool_]:

@@ -1,91 +1,41 @@
 """Which residual generators does a system have?
 
-In: a system and the choice of test sets. Out: a ``Bank``. Test sets come from structure alone; each
-gets its cheapest valid matching (``rules.py``), which orders the computations; these become nodes
-of one shared graph. A set without a valid matching is kept with the reason.
+In: a system and the choice of tests. Out: a ``Bank``. The sets to be implemented (``sets.py``) come
+from structure; each gets a valid matching (``rules.py``), which orders the computations; these
+become nodes of one shared graph. A set without a valid matching is kept with the reason.
 
-``mtes`` is the published choice: minimal test supports of the whole system. ``mtes+cross_checks``
-adds the supports of the system without limits and equalities: in the whole system a limit makes the
-measurement next to it testable alone, and minimality then throws every comparison with another
-sensor away (flaw 1 of the published model).
+With ``mtes`` that is the published matching, the cheapest; otherwise the best, which of equal costs
+has fewer equations in loops and lets less noise through.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final, Literal
 
-from fdi import structure
-from fdi.errors import ModelError
 from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
 from fdi.model.parts import MEASURED, SLOPE
 from fdi.model.system import System, SystemEquation
 from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
-from fdi.residuals.rules import NoMatching, ValidMatching, cheapest_matching
+from fdi.residuals.rules import (
+    Choices,
+    NoMatching,
+    Reason,
+    ValidMatching,
+    best_matchings,
+    cheapest_matching,
+    choices_of,
+)
+from fdi.residuals.sets import FORWARD, MAX_DERIVED, Tests, sets_of
 from fdi.residuals.solve import solve
-
-Tests = Literal["mtes", "mtes+cross_checks"]
-Origin = Literal["mtes", "cross_check"]
-MAX_SETS: Final = 20_000
-MAX_CANDIDATES: Final = 10_000_000
-"""Upper bound on the test sets of a graph component; the shipped models stay below 400, the
-published one below 8,000, and a component of 1e10 took a minute for its 39 sets."""
-MAX_DERIVED: Final = 3
-"""Steps by which a variable of a condition may be derived from measured ones."""
 
 
 class _UnsolvableError(Exception):
     """A matched step that cannot be computed."""
 
-
-def test_sets(system: System, tests: Tests) -> list[tuple[tuple[int, ...], Origin]]:
-    """Return the test sets as numbers of the system's equations, in a fixed order.
-
-    Raises
-    ------
-    ModelError
-        There are more than 20,000 of them, or a part of the system is too entangled to search.
-    """
-    number = {equation.name: i for i, equation in enumerate(system.equations)}
-    found: dict[tuple[int, ...], Origin] = {}
-    kinds: list[tuple[bool, Origin]] = [(True, "mtes")]
-    if tests == "mtes+cross_checks":
-        kinds.append((False, "cross_check"))
-    for limits, origin in kinds:
-        model = system.structure(limits=limits)
-        for component in structure.graph_components(model):
-            # Per component, as published: a fault-free redundancy elsewhere in the model would
-            # belong to every support of the whole by its definition, and says nothing here.
-            part = structure.submodel(model, component.equations)
-            _refuse_if_endless(part, system)
-            for bits in structure.mtes_sets(part):
-                if len(found) >= MAX_SETS:
-                    raise ModelError(
-                        f"has more than {MAX_SETS} test sets with this telemetry", where=system.name
-                    )
-                rows = [number[part.equations[row]] for row in structure.members(bits)]
-                found.setdefault(_with_inputs(rows, system), origin)
-    return list(found.items())
-
-
-def _refuse_if_endless(part: structure.Model, system: System) -> None:
-    """Refuse a graph component whose search for test sets would not end."""
-    bound = structure.count_bound(part)
-    if bound > MAX_CANDIDATES:
-        raise ModelError(
-            f"{len(part.equations)} equations hang together with up to {bound:.0e} test sets, "
-            f"at most {MAX_CANDIDATES:.0e} can be searched",
-            where=system.name,
-            hint="show what several equations share by inputs instead of measurements",
-        )
-
-
-def _with_inputs(rows: list[int], system: System) -> tuple[int, ...]:
-    """Return equations with the inputs that show what they hold, ascending."""
-    inputs = system.inputs
-    shown = {inputs[n] for i in rows for n in system.equations[i].edges if n in inputs}
-    return tuple(sorted({*rows, *shown}))
+    def __init__(self, reason: Reason, text: str) -> None:
+        super().__init__(text)
+        self.reason = reason
 
 
 def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
@@ -95,22 +45,27 @@ def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
     ----------
     system : System
     tests : str
-        ``mtes`` or ``mtes+cross_checks``.
+        ``mtes``, ``mtes+cross_checks`` or ``selected``; the first two select likewise where there
+        are too many sets to list, which ``listed`` and ``notes`` of the bank say.
     """
     graph = _Graph(system)
+    choices = choices_of(system.equations)
     generators: list[Generator] = []
     refused: list[NotImplementable] = []
     fault_of = {fault.equation: fault.name for fault in system.faults}
-    for numbers, origin in test_sets(system, tests):
-        matching = cheapest_matching(numbers, system.equations)
+    chosen = sets_of(system, tests)
+    for numbers, origin in chosen.sets:
         faults = tuple(fault_of[i] for i in numbers if i in fault_of)
+        matching = _matching(choices, numbers, published=tests == "mtes")
         if isinstance(matching, NoMatching):
-            refused.append(NotImplementable(numbers, faults, matching.reason, origin))
+            refused.append(
+                NotImplementable(numbers, faults, matching.text, origin, matching.reason)
+            )
             continue
         try:
             node = graph.add_generator(matching)
         except _UnsolvableError as error:
-            refused.append(NotImplementable(numbers, faults, str(error), origin))
+            refused.append(NotImplementable(numbers, faults, str(error), origin, error.reason))
             continue
         used = tuple(sorted({matching.residual, *(i for i, _ in matching.pairs)}))
         generators.append(
@@ -125,7 +80,24 @@ def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
                 origin,
             )
         )
-    return Bank(system, tuple(graph.nodes), tuple(generators), tuple(refused))
+    return Bank(
+        system,
+        tuple(graph.nodes),
+        tuple(generators),
+        tuple(refused),
+        chosen.listed,
+        chosen.notes,
+    )
+
+
+def _matching(
+    choices: Choices, numbers: tuple[int, ...], *, published: bool
+) -> ValidMatching | NoMatching:
+    """Return the matching by which a set is implemented, or why there is none."""
+    if published:
+        return cheapest_matching(choices, numbers)
+    best = best_matchings(choices, numbers, 1)
+    return best if isinstance(best, NoMatching) else best[0]
 
 
 class _Graph:
@@ -186,7 +158,7 @@ class _Graph:
         if name in self._shown:
             return self._channel(self._shown[name])
         for number, equation in enumerate(self.system.equations):
-            if equation.edges.get(name) not in ("solvable", "derivative") or equation.when:
+            if equation.edges.get(name) not in FORWARD or equation.when:
                 continue
             others = [other for other in equation.edges if other != name]
             if len(pending) >= MAX_DERIVED or set(others) & {name, *pending}:
@@ -197,7 +169,7 @@ class _Graph:
                 continue
             return self._add_step(number, name, known)
         text = f"the condition of {self.system.equations[asked_by].name} needs {name}: not measured"
-        raise _UnsolvableError(text)
+        raise _UnsolvableError(Reason.CONDITION, text)
 
     def _gate(
         self, equation: SystemEquation, number: int, values: dict[str, int]
@@ -214,7 +186,8 @@ class _Graph:
         if equation.differential:
             derivative, state = equation.differential
             if name != derivative:
-                raise _UnsolvableError(f"{equation.name} would have to be integrated")
+                text = f"{equation.name} would have to be integrated"
+                raise _UnsolvableError(Reason.INTEGRATION, text)
             given = ((state, values[state]),)
             return self._add(Node("derivative", number, (name,), (), given, gate, gate_arguments))
         key = (number, name)
@@ -231,9 +204,8 @@ class _Graph:
     ) -> None:
         if any(self.system.equations[i].differential for i in block):
             names = ", ".join(self.system.equations[i].name for i in block)
-            raise _UnsolvableError(
-                f"{names} form a dynamic loop, which would have to be integrated"
-            )
+            text = f"{names} form a dynamic loop, which would have to be integrated"
+            raise _UnsolvableError(Reason.DYNAMIC_LOOP, text)
         values.update(self._add_newton(block, solved, values))
 
     def _add_newton(

@@ -18,7 +18,8 @@ from fdi.model.expression import Apply, Expression, symbols, walk
 from fdi.model.parts import STATES
 from fdi.model.system import System
 from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
-from fdi.residuals.build import MAX_SETS, Tests, build_bank
+from fdi.residuals.build import build_bank
+from fdi.residuals.sets import MAX_SETS, Tests
 
 KIND: Final = "bank"
 MAX_ROOTS: Final = 64
@@ -36,7 +37,7 @@ def cached_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
 
 
 def _parts(bank: Bank) -> tuple[Any, ...]:
-    return bank.nodes, bank.generators, bank.not_implementable
+    return bank.nodes, bank.generators, bank.not_implementable, bank.listed, bank.notes
 
 
 def _depends_on(system: System) -> str:
@@ -61,12 +62,14 @@ def _depends_on(system: System) -> str:
 def _read_bank(system: System, tree: Any) -> Bank | None:
     """Return the bank that a tree stands for, or None where it is not one of this system."""
     try:
-        nodes, generators, refused = tree
+        nodes, generators, refused, listed, notes = tree
         bank = Bank(
             system,
             decode(tuple[Node, ...], nodes),
             decode(tuple[Generator, ...], generators),
             decode(tuple[NotImplementable, ...], refused),
+            decode(bool, listed),
+            decode(tuple[str, ...], notes),
         )
         _check(bank)
     except (ValueError, TypeError, KeyError, IndexError, OverflowError):

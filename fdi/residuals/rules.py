@@ -1,8 +1,8 @@
-"""Which matching of a test set is valid, and which valid one is cheapest?
+"""Which matchings of a test set are valid, and which valid ones are best?
 
-In: a set of equations of a system. Out: a complete matching of its unknowns with one equation left
-over, such that everything can be computed in order, or the reason why there is none. The published
-rules (mixed causality):
+In: a set of equations of a system. Out: complete matchings of its unknowns with one equation left
+over, such that everything can be computed in order, best first; or the reason why there is none.
+The published rules (mixed causality):
 
 1. Take out the equations matched by an integral or derivative edge. Strongly connected parts of
    what remains are algebraic loops; inside them a non-invertible edge may be matched, because the
@@ -11,15 +11,12 @@ rules (mixed causality):
    a matched non-invertible edge (outside the algebraic loops) or derivative edge is invalid.
 3. On the remaining paths a matched non-invertible edge or a matched integral edge is invalid.
 
-Cost 1 for an ordinary edge (times the equation's own cost), 100 for a derivative one. Matchings
-without non-invertible edges are preferred.
+Matchings without non-invertible edges come first; then the cost decides, 1 for an ordinary edge
+(times the equation's own cost) and 100 for a derivative one; then the number of equations in loops.
 
 An integral edge is valid inside a dynamic loop only, which would have to be integrated from a start
-value that no log states; so it is never matched here. Then no matching has to be searched for: once
-the left-over equation is chosen, the strongly connected parts are the same for every matching of
-the others (Dulmage and Mendelsohn 1958), an equation's only edge into its own part decides rule 3,
-a part of several is valid when none of its equations is differential, and the cost is that of the
-equations, whatever each is matched to. Left-over equations are tried from the cheapest on.
+value that no log states; so it is never matched here. That makes the rules those of
+``fdi.structure.sequence``: only what to leave over has to be chosen.
 
 References
 ----------
@@ -29,20 +26,28 @@ UAVs Using Structural Analysis, section III. Svard, Nyberg, IEEE Trans. SMC-A 40
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice
+from enum import StrEnum
 from typing import Final
 
-from fdi.model.system import EdgeKind, SystemEquation
-from fdi.structure.loops import strong_components
+from fdi.model.expression import Symbol, symbols
+from fdi.model.system import DIFFERENTIAL, SystemEquation
+from fdi.structure.computation import DERIVATIVE_COST, Steps
+from fdi.structure.sequence import Blocked, Obstacle, Order, orders
 
-DERIVATIVE_COST: Final = 100.0
-MAX_TRIES: Final = 5_000
-"""Choices of left-over equations looked at per set. A set has as many as equations, unless parts of
-it that bring no fault are redundant among themselves, which is rare."""
 
-Equations = Mapping[int, SystemEquation]
+class Reason(StrEnum):
+    """Why a test set has no residual generator."""
+
+    NO_REDUNDANCY = "no redundancy"
+    NO_COMPLETE_MATCHING = "no complete matching"
+    NOT_INVERTIBLE = "not invertible"
+    INTEGRATION = "integration"
+    DYNAMIC_LOOP = "dynamic loop"
+    NO_FAULT = "no fault"
+    CONDITION = "condition not measured"
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,25 +73,77 @@ class ValidMatching:
     cost: float
     restricted: bool
 
+    @property
+    def loops(self) -> int:
+        """Number of equations that are solved in loops."""
+        return sum(len(block) for block in self.blocks if len(block) > 1)
+
 
 @dataclass(frozen=True, slots=True)
 class NoMatching:
-    """Why a set has no valid matching."""
+    """Why a set has no valid matching, as a reason and in words."""
 
-    reason: str
+    reason: Reason
+    text: str
 
 
-def cheapest_matching(
-    numbers: Sequence[int], system: Sequence[SystemEquation]
-) -> ValidMatching | NoMatching:
-    """Return the cheapest valid matching of a set of equations, or why there is none.
+NO_REDUNDANCY: Final = NoMatching(Reason.NO_REDUNDANCY, "it has no equation to spare")
+MAX_COMPARED: Final = 64
+"""Choices of what to leave over that are compared."""
+INVERTED_SLOPE: Final = 2.0
+"""Of a variable that a function or a loop has to be solved for; any number above 1 prefers what is
+computed forwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """The equations of a system as steps, with the names of their unknowns."""
+
+    equations: tuple[SystemEquation, ...]
+    steps: Steps
+    names: tuple[str, ...]
+
+
+def choices_of(equations: Sequence[SystemEquation]) -> Choices:
+    """Return what the search for matchings needs to know of all equations of a system."""
+    place: dict[str, int] = {}
+    rows = [
+        tuple(place.setdefault(name, len(place)) for name in equation.edges)
+        for equation in equations
+    ]
+    holders: list[list[int]] = [[] for _ in place]
+    for number, row in enumerate(rows):
+        for unknown in row:
+            holders[unknown].append(number)
+    edges = [
+        (number, place[name], kind)
+        for number, equation in enumerate(equations)
+        for name, kind in equation.edges.items()
+    ]
+    solvable: list[set[int]] = [set() for _ in rows]
+    for number, unknown, kind in edges:
+        if kind in ("solvable", "derivative"):
+            solvable[number].add(unknown)
+    steps = Steps(
+        rows=tuple(rows),
+        holders=tuple(tuple(own) for own in holders),
+        solvable=tuple(frozenset(own) for own in solvable),
+        in_loop=tuple(equation.differential is None for equation in equations),
+        differential={(i, u): kind[0] for i, u, kind in edges if kind in DIFFERENTIAL},
+        costs=tuple(cost_of(equation) for equation in equations),
+        free=False,
+    )
+    return Choices(tuple(equations), steps, tuple(place))
+
+
+def matchings(choices: Choices, numbers: Sequence[int]) -> Iterator[ValidMatching | NoMatching]:
+    """Yield what comes of each choice of what to leave over, the cheapest for the rest first.
 
     Parameters
     ----------
+    choices : Choices
     numbers : sequence of int
-        The set, numbers of equations; it must have more equations than unknowns.
-    system : sequence of SystemEquation
-        All equations.
+        The set, numbers of equations.
 
     Notes
     -----
@@ -94,137 +151,166 @@ def cheapest_matching(
     compares what the model says. Where more than one equation is left over, the first in this order
     is the residual, and what it does not need is not part of the generator.
     """
-    equations = {i: system[i] for i in numbers}
-    unknowns = {name for equation in equations.values() for name in equation.edges}
-    excess = len(equations) - len(unknowns)
-    if excess < 1:
-        return NoMatching("it has no equation to spare")
-    with_fault = {i for i, equation in equations.items() if equation.fault}
+
+    def preference(number: int) -> tuple[bool, int]:
+        shown = choices.equations[number].measurement is not None
+        return shown, -number if shown else number
+
+    with_fault = {number for number in numbers if choices.equations[number].fault}
+    for found in orders(choices.steps, sorted(numbers, key=preference)):
+        if isinstance(found, Blocked):
+            yield _in_words(found, choices)
+        elif with_fault.isdisjoint({found.residual, *(e for b in found.blocks for e, _ in b)}):
+            yield NoMatching(Reason.NO_FAULT, "it compares nothing that could fail")
+        else:
+            yield _named(found, choices)
+
+
+def cheapest_matching(choices: Choices, numbers: Sequence[int]) -> ValidMatching | NoMatching:
+    """Return the published choice, or why there is none.
+
+    That is the cheapest matching without non-invertible edges, else the cheapest valid one.
+    """
     fallback: ValidMatching | None = None
-    reason: str | None = None
-    for left_over in _choices(equations, excess):
-        judged = _judge(equations, unknowns, left_over)
-        if isinstance(judged, NoMatching):
-            reason = reason or judged.reason
-        elif with_fault.isdisjoint({judged.residual, *(i for i, _ in judged.pairs)}):
-            reason = reason or "it compares nothing that could fail"
-        elif judged.restricted:
-            return judged
+    reason: NoMatching | None = None
+    for found in matchings(choices, numbers):
+        if isinstance(found, NoMatching):
+            reason = reason or found
+        elif found.restricted:
+            return found
         else:
-            fallback = fallback or judged
-    return fallback or NoMatching(reason or "it has no complete matching")
+            fallback = fallback or found
+    return fallback or reason or NO_REDUNDANCY
 
 
-def _cost(equation: SystemEquation) -> float:
-    return equation.cost * (DERIVATIVE_COST if equation.differential else 1.0)
+def best_matchings(
+    choices: Choices, numbers: Sequence[int], k: int
+) -> tuple[ValidMatching, ...] | NoMatching:
+    """Return the k best valid matchings of a set, or why there is none.
+
+    Parameters
+    ----------
+    choices : Choices
+    numbers : sequence of int
+        The set, numbers of equations.
+    k : int
+        The most that are wanted.
+
+    Returns
+    -------
+    tuple of ValidMatching or NoMatching
+        Those without non-invertible edges first, then by cost (a differentiation costs 100), then
+        by the number of equations in loops, then by noise gain.
+
+    Notes
+    -----
+    A set of redundancy one has as many choices as equations. Of the many choices of others the
+    64 cheapest are compared, and more only until one is valid.
+    """
+    valid: list[tuple[tuple[bool, float, int, float, int], ValidMatching]] = []
+    reason: NoMatching | None = None
+    for number, found in enumerate(matchings(choices, numbers), 1):
+        if isinstance(found, NoMatching):
+            reason = reason or found
+        else:
+            gain = noise_gain(choices.equations, found)
+            valid.append(((not found.restricted, found.cost, found.loops, gain, number), found))
+        if valid and number >= MAX_COMPARED:
+            break
+    if not valid:
+        return reason or NO_REDUNDANCY
+    return tuple(found for _, found in sorted(valid, key=lambda item: item[0])[:k])
 
 
-def _choices(equations: Equations, excess: int) -> list[tuple[int, ...]]:
-    """Return the equations that may be left over, cheapest for the others first."""
+def noise_gain(equations: Sequence[SystemEquation], matching: ValidMatching) -> float:
+    """Return how much noise a matching lets through to its residual, as far as structure tells.
 
-    def rank(number: int) -> tuple[float, bool, int]:
+    Parameters
+    ----------
+    equations : sequence of SystemEquation
+        All equations of the system.
+    matching : ValidMatching
+
+    Returns
+    -------
+    float
+        Standard deviation of the residual for white noise of one on every channel, if a variable
+        computed from others had slope 1 in each, and slope 2 where a function has to be inverted
+        for it: there the slope is 1 / f', which grows where f is flat. What one channel contributes
+        on several ways adds up. A derivative over 1 s has slope 1.
+    """
+    solved = dict(matching.pairs)
+    noise: dict[str, dict[int, float]] = {}
+    for block in matching.blocks:
+        own = {solved[number] for number in block}
+        total = _noise_of(equations, block, noise, own)
+        inverted = len(block) > 1 or not _is_explicit(equations[block[0]], solved[block[0]])
+        scale = INVERTED_SLOPE if inverted else 1.0
+        for name in own:
+            noise[name] = {channel: scale * part for channel, part in total.items()}
+    left = _noise_of(equations, (matching.residual,), noise, set())
+    return math.sqrt(sum(part**2 for part in left.values()))
+
+
+def _noise_of(
+    equations: Sequence[SystemEquation],
+    numbers: Sequence[int],
+    noise: Mapping[str, Mapping[int, float]],
+    own: set[str],
+) -> dict[int, float]:
+    """Return what each channel contributes to equations through what was computed before."""
+    total: dict[int, float] = {}
+    for number in numbers:
         equation = equations[number]
-        shown = equation.measurement is not None
-        return -_cost(equation), shown, -number if shown else number
-
-    order = sorted(equations, key=rank)
-    choices = list(islice(combinations(order, excess), MAX_TRIES))
-    choices.sort(key=lambda choice: -sum(_cost(equations[i]) for i in choice))
-    return choices
-
-
-def _judge(
-    equations: Equations, unknowns: set[str], left_over: tuple[int, ...]
-) -> ValidMatching | NoMatching:
-    """Return the matching of the equations that are not left over, or what makes it invalid."""
-    rest = [number for number in equations if number not in left_over]
-    options = {number: list(equations[number].edges) for number in rest}
-    solved = _match(options)
-    if len(solved) < len(unknowns):
-        return NoMatching("it has no complete matching")
-    arrows = _arrows(equations, solved)
-    parts = strong_components(rest, arrows)
-    needed = _needed(equations, solved, left_over[0])
-    restricted = True
-    for part in parts:
-        if part[0] not in needed:
-            continue
-        if len(part) == 1:
-            number = part[0]
-            problem = _PROBLEM.get(equations[number].edges[solved[number]])
-            if problem:
-                text = f"{equations[number].name} would have to be {problem} for {solved[number]}"
-                return NoMatching(text)
-        elif any(equations[number].differential for number in part):
-            names = ", ".join(equations[number].name for number in part)
-            return NoMatching(f"{names} form a dynamic loop, which would have to be integrated")
-        else:
-            own = {solved[number] for number in part}
-            better = _match({n: _solvable(equations[n], own) for n in part})
-            restricted = restricted and len(better) == len(part)
-            solved.update(better if len(better) == len(part) else {})
-    blocks = tuple(tuple(part) for part in parts if part[0] in needed)
-    pairs = tuple((number, solved[number]) for block in blocks for number in block)
-    cost = sum(_cost(equations[number]) for number, _ in pairs)
-    return ValidMatching(pairs, blocks, left_over[0], cost, restricted)
+        if equation.measurement is not None:
+            total[number] = total.get(number, 0.0) + 1.0
+        for name in equation.edges:
+            for channel, part in ({} if name in own else noise[name]).items():
+                total[channel] = total.get(channel, 0.0) + part
+    return total
 
 
-_PROBLEM: Final[Mapping[EdgeKind, str]] = {
-    "fixed": "solved, which it cannot be,",
-    "integral": "integrated",
-}
+def _is_explicit(equation: SystemEquation, name: str) -> bool:
+    """Return whether an equation says what a variable is, without being rearranged."""
+    left, right = equation.left, equation.right
+    if equation.differential or equation.measurement is not None:
+        return True
+    alone = Symbol(name)
+    return (left == alone and name not in symbols(right)) or (
+        right == alone and name not in symbols(left)
+    )
 
 
-def _solvable(equation: SystemEquation, own: set[str]) -> list[str]:
-    return [n for n, kind in equation.edges.items() if kind == "solvable" and n in own]
+def _named(order: Order, choices: Choices) -> ValidMatching:
+    return ValidMatching(
+        tuple((e, choices.names[u]) for block in order.blocks for e, u in block),
+        tuple(tuple(e for e, _ in block) for block in order.blocks),
+        order.residual,
+        order.cost,
+        order.restricted,
+    )
 
 
-def _arrows(equations: Equations, solved: Mapping[int, str]) -> dict[int, list[int]]:
-    """Return for every matched equation the matched ones that hold its unknown."""
-    holders: dict[str, list[int]] = {}
-    for number in solved:
-        for name in equations[number].edges:
-            holders.setdefault(name, []).append(number)
-    return {
-        number: [other for other in holders[name] if other != number]
-        for number, name in solved.items()
-    }
+def _in_words(blocked: Blocked, choices: Choices) -> NoMatching:
+    """Return what stands against a choice, with the names of equations and unknowns."""
+    names = ", ".join(choices.equations[number].name for number in blocked.equations)
+    unknown = "" if blocked.unknown is None else choices.names[blocked.unknown]
+    match blocked.obstacle:
+        case Obstacle.NO_REDUNDANCY:
+            return NO_REDUNDANCY
+        case Obstacle.NOT_INVERTIBLE:
+            text = f"{names} would have to be solved, which it cannot be, for {unknown}"
+            return NoMatching(Reason.NOT_INVERTIBLE, text)
+        case Obstacle.INTEGRATION:
+            text = f"{names} would have to be integrated for {unknown}"
+            return NoMatching(Reason.INTEGRATION, text)
+        case Obstacle.DYNAMIC_LOOP:
+            text = f"{names} form a dynamic loop, which would have to be integrated"
+            return NoMatching(Reason.DYNAMIC_LOOP, text)
+        case _:
+            return NoMatching(Reason.NO_COMPLETE_MATCHING, "it has no complete matching")
 
 
-def _needed(equations: Equations, solved: Mapping[int, str], residual: int) -> set[int]:
-    """Return the matched equations from which the residual is computed."""
-    equation_of = {name: number for number, name in solved.items()}
-    reached: set[int] = set()
-    stack = [residual]
-    while stack:
-        for name in equations[stack.pop()].edges:
-            number = equation_of[name]
-            if number not in reached:
-                reached.add(number)
-                stack.append(number)
-    return reached
-
-
-def _match(options: Mapping[int, Sequence[str]]) -> dict[int, str]:
-    """Return a largest matching of equations to unknowns (Kuhn 1955), without recursion."""
-    equation_of: dict[str, int] = {}
-    for root in options:
-        parent: dict[str, int] = {}
-        queue = [root]
-        end: str | None = None
-        while queue and end is None:
-            number = queue.pop()
-            for name in options[number]:
-                if name in parent:
-                    continue
-                parent[name] = number
-                if name not in equation_of:
-                    end = name
-                    break
-                queue.append(equation_of[name])
-        solved = {number: name for name, number in equation_of.items()} if end else {}
-        while end is not None:
-            number = parent[end]
-            equation_of[end] = number
-            end = solved.get(number)
-    return {number: name for name, number in equation_of.items()}
+def cost_of(equation: SystemEquation) -> float:
+    """Return what matching an equation costs."""
+    return equation.cost * (DERIVATIVE_COST if equation.differential else 1.0)

@@ -5,9 +5,10 @@ not to be used, and what is better left over than used. Three ways, each for wha
 cannot find:
 
 1. in computing order, by the rules: every test is valid as it comes;
-2. as if an equation that could be in a loop could be solved along any entry: the set is a test,
-   and valid where one of its equations can be left over by the rules. This finds loops of equations
-   that cannot be solved alone, of whose unknowns some are shown as well;
+2. as if any entry that could be in a loop, because it lies on a cycle, could be solved along alone:
+   the set is a test, and valid where one of its equations can be left over by the rules. This finds
+   loops of equations that cannot be solved alone, of whose unknowns some are shown as well. What it
+   cannot compute, no valid test holds;
 3. by listing the MSO sets of a graph component, up to a limit.
 """
 
@@ -24,6 +25,7 @@ from fdi.structure.decomposition import graph_components, overdetermined
 from fdi.structure.equivalence import equivalent
 from fdi.structure.incidence import Model, bitset, members, submodel
 from fdi.structure.leaving import Leaver
+from fdi.structure.loops import on_cycles
 from fdi.structure.sequence import Order, arrange, orders
 from fdi.structure.testsets import mso_sets
 
@@ -67,7 +69,8 @@ class Finder:
         self.model = model
         self.steps = steps(model, rules)
         self.over = overdetermined(model.rows)
-        self._loose = _loosened(self.steps)
+        self.sensors = [e for e in self.over if len(model.rows[e]) == 1]
+        self._loose = _loosened(self.steps, self.over)
         self._leaver = Leaver(model.rows, self.steps.holders, self.over)
         self._class_of: dict[int, int] = {}
         for number, group in enumerate(equivalent(model.rows, len(model.unknowns))):
@@ -152,11 +155,20 @@ class Finder:
         Returns
         -------
         set of int
+
+        Notes
+        -----
+        What the second way cannot use or is not overdetermined falls away, and with it cycles, so
+        that more may fall away; what is left when that ends is returned.
         """
-        offered = [equation for equation in self.over if equation not in avoided]
-        found, used = compute(self._loose, [offered])
-        usable = sorted(used.union(left.residual for left in found))
-        return {usable[i] for i in overdetermined([self.model.rows[e] for e in usable])}
+        left = [equation for equation in self.over if equation not in avoided]
+        while True:
+            found, used = compute(_loosened(self.steps, left), [left])
+            usable = sorted(used.union(one.residual for one in found))
+            kept = [usable[i] for i in overdetermined([self.model.rows[e] for e in usable])]
+            if len(kept) == len(left):
+                return set(kept)
+            left = kept
 
     def checked(self, equations: int) -> LeftOver | None:
         """Return a set with an equation that can be left over by the rules, or None.
@@ -218,10 +230,11 @@ class Finder:
         return {equation for equation in equations if equation in self._class_of}
 
 
-def _loosened(own: Steps) -> Steps:
+def _loosened(own: Steps, over: Sequence[int]) -> Steps:
     """Return the steps when any entry may be solved along that could be in a loop."""
-    solvable = tuple(
-        frozenset(row) if in_loop and len(row) > 1 else alone
-        for row, in_loop, alone in zip(own.rows, own.in_loop, own.solvable, strict=True)
-    )
+    inside = on_cycles({equation: own.rows[equation] for equation in over if own.in_loop[equation]})
+    more: list[set[int]] = [set() for _ in own.rows]
+    for equation, unknown in inside:
+        more[equation].add(unknown)
+    solvable = tuple(alone | loose for alone, loose in zip(own.solvable, more, strict=True))
     return replace(own, solvable=solvable)

@@ -68,3 +68,57 @@ def strong_components(nodes: Sequence[int], arrows: Mapping[int, Sequence[int]])
                     done.update(part)
                     parts.append(part)
     return parts[::-1]
+
+
+def on_cycles(rows: Mapping[int, Sequence[int]]) -> set[tuple[int, int]]:
+    """Return the entries that lie on a cycle of the bipartite graph of some equations.
+
+    Parameters
+    ----------
+    rows : mapping of int to sequence of int
+        Unknowns of each equation.
+
+    Returns
+    -------
+    set of (int, int)
+        Entries (equation, unknown). All others are bridges, which no loop can hold.
+
+    References
+    ----------
+    Tarjan, "A note on finding the bridges of a graph", Information Processing Letters 2(6), 1974.
+
+    Examples
+    --------
+    >>> sorted(on_cycles({0: (0, 1), 1: (0, 1, 2), 2: (2,)}))
+    [(0, 0), (0, 1), (1, 0), (1, 1)]
+    """
+    holders: dict[int, list[int]] = {}
+    for equation, row in rows.items():
+        for unknown in row:
+            holders.setdefault(unknown, []).append(~equation)
+    # Unknowns are nodes 0, 1, ..., equations are nodes -1, -2, ...
+    neighbours: dict[int, Sequence[int]] = {**holders, **{~e: row for e, row in rows.items()}}
+    order: dict[int, int] = {}
+    low: dict[int, int] = {}
+    bridges: set[tuple[int, int]] = set()
+    for root in neighbours:
+        if root in order:
+            continue
+        order[root] = low[root] = len(order)
+        stack = [(root, root, iter(neighbours[root]))]
+        while stack:
+            node, before, left = stack[-1]
+            for other in left:
+                if other not in order:
+                    order[other] = low[other] = len(order)
+                    stack.append((other, node, iter(neighbours[other])))
+                    break
+                if other != before:
+                    low[node] = min(low[node], order[other])
+            else:
+                stack.pop()
+                if stack:
+                    low[before] = min(low[before], low[node])
+                    if low[node] > order[before]:
+                        bridges.add((~node, before) if node < 0 else (~before, node))
+    return {(e, u) for e, row in rows.items() for u in row}.difference(bridges)

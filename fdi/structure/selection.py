@@ -17,7 +17,7 @@ one by one (``finder.py``); of all tests found a few are chosen (``cover.py``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Final
@@ -321,25 +321,36 @@ class _Search:
         """Serve what a column lacks, or strike out what no test can serve."""
         finder, avoided = self.finder, self.aims.columns[column]
         lack = self._mask().sum(axis=1)
-        others = np.argsort(-lack, kind="stable").tolist()
-        for loosely in (False, True):
-            preferred = self._equations([*self._missing(column), *others])
-            found = finder.leaving(preferred, avoided, loosely=loosely)
-            self._add(self._valid(found) if loosely else found)
-            if missing := self._missing(column):
-                found = finder.holding_back(self._equations(missing), avoided, loosely=loosely)
-                self._add(self._valid(found) if loosely else found)
-            if not loosely and (missing := self._missing(column)):
-                self._rule_out(column, missing)
-            if not self._missing(column):
-                break
+        others = self._equations(np.argsort(-lack, kind="stable").tolist())
+        self._search(
+            column,
+            lambda own: finder.leaving([*own, *others], avoided),
+            lambda own: finder.holding_back(own, avoided),
+            lambda own: finder.holding_back([*finder.sensors, *own], avoided),  # loops before them
+        )
+        self._rule_out(column)
+        self._search(
+            column,
+            lambda own: self._valid(finder.leaving([*own, *others], avoided, loosely=True)),
+            lambda own: self._valid(finder.holding_back(own, avoided, loosely=True)),
+        )
 
-    def _rule_out(self, column: int, faults: Sequence[int]) -> None:
+    def _search(self, column: int, *searches: Callable[[list[int]], list[LeftOver]]) -> None:
+        """Search for tests as long as a column lacks some, given the equations of these faults."""
+        for search in searches:
+            missing = self._missing(column)
+            if missing:
+                self._add(search(self._equations(missing)))
+
+    def _rule_out(self, column: int) -> None:
         """Strike out what no test can do; a fault no test can react to, altogether."""
+        missing = self._missing(column)
+        if not missing:
+            return
         possible = self.finder.possible(self.aims.columns[column])
         width = len(self.aims.columns)
         what = (1 << width) - 1 if column == width - 1 else 1 << column
-        for fault in faults:
+        for fault in missing:
             if possible.isdisjoint(self.faults[fault].equations):
                 self._strike(what << fault * width)
 

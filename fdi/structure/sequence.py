@@ -156,7 +156,8 @@ def orders(steps: Steps, equations: Sequence[int]) -> Iterator[Order | Blocked]:
     choices = list(islice(combinations(dearest, redundancy), MAX_TRIES))
     choices.sort(key=lambda choice: -sum(costs[equation] for equation in choice))
     for choice in choices:
-        yield arrange(steps, [e for e in equations if e not in choice], choice[0])
+        rest = sorted(set(equations).difference(choice))
+        yield arrange(steps, rest, choice[0])
 
 
 def arrange(steps: Steps, rest: Sequence[int], residual: int) -> Order | Blocked:

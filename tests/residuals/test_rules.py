@@ -1,16 +1,29 @@
 """Which matchings are valid, against every matching of small systems."""
 
+import math
+from dataclasses import replace
+
 import networkx as nx
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fdi import structure
-from fdi.model.expression import Apply, Symbol
-from fdi.model.parts import Kind
+from fdi.model.expression import Apply, Symbol, parse
+from fdi.model.parts import Kind, Measurement
 from fdi.model.system import SystemEquation
-from fdi.residuals.rules import NoMatching, ValidMatching, cheapest_matching
+from fdi.residuals.rules import (
+    NoMatching,
+    Reason,
+    ValidMatching,
+    best_matchings,
+    cheapest_matching,
+    choices_of,
+    matchings,
+    noise_gain,
+)
 from fdi.structure.loops import strong_components
+from fdi.telemetry import Channel
 
 from . import naive
 
@@ -65,7 +78,7 @@ def test_cheapest_matching_is_that_of_brute_force_over_the_published_rules(equat
     if equations is None:
         return
     valid = [pairs for pairs in naive.matchings(equations) if naive.is_valid(equations, pairs)]
-    found = cheapest_matching(range(len(equations)), equations)
+    found = cheapest_matching(choices_of(equations), range(len(equations)))
     if not valid:
         assert isinstance(found, NoMatching)
         assert found.reason
@@ -80,7 +93,7 @@ def test_cheapest_matching_is_that_of_brute_force_over_the_published_rules(equat
 @given(overdetermined_sets())
 @settings(max_examples=100, deadline=None)
 def test_everything_is_known_when_it_is_needed(equations):
-    found = cheapest_matching(range(len(equations or ())), equations or [])
+    found = cheapest_matching(choices_of(equations or []), range(len(equations or ())))
     if isinstance(found, NoMatching):
         return
     solved = dict(found.pairs)
@@ -94,7 +107,9 @@ def test_everything_is_known_when_it_is_needed(equations):
 
 
 def test_a_set_without_an_equation_to_spare_has_no_matching():
-    assert isinstance(cheapest_matching([0], [equation(0, {"x": "solvable"})]), NoMatching)
+    assert isinstance(
+        cheapest_matching(choices_of([equation(0, {"x": "solvable"})]), [0]), NoMatching
+    )
 
 
 def test_of_two_equations_to_spare_a_fault_is_among_those_used():
@@ -104,7 +119,7 @@ def test_of_two_equations_to_spare_a_fault_is_among_those_used():
         equation(1, {"x": "solvable"}, fault=False),
         equation(2, {"x": "solvable"}),
     ]
-    found = cheapest_matching(range(3), equations)
+    found = cheapest_matching(choices_of(equations), range(3))
     assert 2 in {found.residual, *dict(found.pairs)}
     assert len(found.pairs) == 1
 
@@ -116,13 +131,131 @@ def test_a_large_set_takes_no_search():
         equation(i, {f"x{j % size}": "solvable" for j in (i, i + 1, i + 2)})
         for i in range(size + 1)
     ]
-    assert isinstance(cheapest_matching(range(size + 1), equations), ValidMatching)
+    assert isinstance(cheapest_matching(choices_of(equations), range(size + 1)), ValidMatching)
 
 
 def test_reason_names_the_equation_and_the_unknown():
     equations = [equation(0, {"x": "fixed"}), equation(1, {"x": "fixed"})]
-    reason = cheapest_matching([0, 1], equations).reason
-    assert reason == "e1 would have to be solved, which it cannot be, for x"
+    found = cheapest_matching(choices_of(equations), [0, 1])
+    assert found.reason is Reason.NOT_INVERTIBLE
+    assert found.text == "e1 would have to be solved, which it cannot be, for x"
+
+
+@given(overdetermined_sets(), st.integers(1, 4))
+@settings(max_examples=200, deadline=None)
+def test_k_best_matchings_are_the_best_of_all_choices(equations, k):
+    if equations is None:
+        return
+    choices = choices_of(equations)
+    numbers = range(len(equations))
+    every = [m for m in matchings(choices, numbers) if isinstance(m, ValidMatching)]
+    valid = [pairs for pairs in naive.matchings(equations) if naive.is_valid(equations, pairs)]
+    assert {m.residual for m in every} == {min(set(numbers) - set(pairs)) for pairs in valid}
+    found = best_matchings(choices, numbers, k)
+    if not every:
+        assert isinstance(found, NoMatching)
+        return
+
+    def key(matching):
+        gain = noise_gain(equations, matching)
+        return not matching.restricted, matching.cost, matching.loops, gain
+
+    assert list(map(key, found)) == sorted(map(key, every))[:k]
+    assert len({m.residual for m in found}) == len(found)
+
+
+@given(overdetermined_sets())
+@settings(max_examples=200, deadline=None)
+def test_cheapest_matching_is_the_first_of_the_best_but_for_loops_and_noise(equations):
+    if equations is None:
+        return
+    choices = choices_of(equations)
+    cheapest = cheapest_matching(choices, range(len(equations)))
+    best = best_matchings(choices, range(len(equations)), 1)
+    if isinstance(cheapest, NoMatching):
+        assert best == cheapest
+    else:
+        assert (best[0].restricted, best[0].cost) == (cheapest.restricted, cheapest.cost)
+
+
+def measured(number, name):
+    """A measurement equation, which alone brings noise."""
+    channel = Channel.parse(f"M.{name}{number}")
+    shown = Measurement(channel=channel, variable=name, component="c", group="g")
+    return replace(equation(number, {name: "solvable"}), measurement=shown)
+
+
+def relation(number, left, right, edges):
+    return replace(equation(number, edges), left=parse(left), right=parse(right))
+
+
+def test_noise_gain_of_two_sensors_of_one_variable_is_the_root_of_two():
+    choices = choices_of([measured(0, "x"), measured(1, "x")])
+    (found,) = best_matchings(choices, [0, 1], 1)
+    assert noise_gain(choices.equations, found) == pytest.approx(math.sqrt(2))
+
+
+def test_what_one_channel_contributes_on_two_ways_adds_up():
+    """z = x + y with y = 2*x: the noise of x reaches z twice."""
+    edges = {"x": "solvable", "y": "solvable"}
+    equations = [
+        measured(0, "x"),
+        relation(1, "y", "2*x", edges),
+        relation(2, "z", "x + y", {**edges, "z": "solvable"}),
+        measured(3, "z"),
+    ]
+    choices = choices_of(equations)
+    found = next(m for m in matchings(choices, range(4)) if m.residual == 3)
+    assert noise_gain(equations, found) == pytest.approx(math.sqrt(2**2 + 1))
+
+
+def test_the_matching_that_computes_forwards_comes_first():
+    """y = x**3 is solved for y, not for x, although both are possible at the same cost."""
+    equations = [
+        measured(0, "x"),
+        relation(1, "y", "x**3", {"x": "solvable", "y": "solvable"}),
+        relation(2, "z", "y - x", {"x": "fixed", "y": "fixed", "z": "solvable"}),
+        measured(3, "y"),
+        measured(4, "z"),
+    ]
+    choices = choices_of(equations)
+    found = best_matchings(choices, [0, 1, 3], 3)
+    gains = [noise_gain(equations, matching) for matching in found]
+    assert gains == sorted(gains)
+    assert found[-1].residual == 0
+    assert gains[-1] > gains[0]
+
+
+@pytest.mark.parametrize(
+    ("equations", "reason"),
+    [
+        ([equation(0, {"x": "solvable"})], Reason.NO_REDUNDANCY),
+        ([equation(i, {"x": "fixed"}) for i in range(2)], Reason.NOT_INVERTIBLE),
+        ([equation(i, {"x": "solvable"}, fault=False) for i in range(2)], Reason.NO_FAULT),
+        (
+            [
+                equation(0, {"v": "derivative", "p": "integral"}),
+                equation(1, {"v": "solvable"}),
+                equation(2, {"p": "fixed"}),
+            ],
+            Reason.INTEGRATION,
+        ),
+        (
+            [
+                equation(0, {"v": "derivative", "p": "integral"}),
+                equation(1, {"v": "solvable", "p": "solvable"}),
+                equation(2, {"p": "fixed"}),
+            ],
+            Reason.DYNAMIC_LOOP,
+        ),
+    ],
+)
+def test_reason_is_one_of_a_list(equations, reason):
+    choices, numbers = choices_of(equations), range(len(equations))
+    assert isinstance(best_matchings(choices, numbers, 3), NoMatching)
+    found = list(matchings(choices, numbers))
+    assert reason in {blocked.reason for blocked in found}
+    assert all(blocked.text for blocked in found)
 
 
 @given(

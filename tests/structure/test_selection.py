@@ -139,17 +139,31 @@ def test_loop_of_equations_that_cannot_be_solved_alone_is_found_beside_its_senso
 
 
 def test_what_no_search_decides_is_decided_by_listing_or_said_to_be_undecided(monkeypatch):
-    """Loosely, a gives x and b is left over; by the rules no equation of the set can be."""
+    """All of a, b and c lie on cycles, so that loosely x and y follow; by the rules they do not."""
     model = Model(
-        ("a", "y1 = x**2", "y2 = z"),
-        ("x", "z"),
-        ((0, 1), (0,), (1,)),
-        (Fault("f", (2,)),),
-        nonsolvable=((0, 0), (1, 0)),
+        ("z = a(x, y)", "y shown", "b(x, y)", "z**2 shown"),
+        ("x", "y", "z"),
+        ((0, 1, 2), (1,), (0, 1), (2,)),
+        (Fault("f", (0,)),),
+        nonsolvable=((0, 0), (0, 1), (2, 0), (2, 1), (3, 2)),
     )
-    assert not select_tests(model, Rules()).undecided.any()
+    decided = select_tests(model, Rules())
+    assert not decided.detectable.any()
+    assert not decided.undecided.any()
     monkeypatch.setattr(finder, "MAX_LISTED", 0)
     assert select_tests(model, Rules()).undecided.tolist() == [[True]]
+
+
+def test_a_loop_is_found_although_a_sensor_could_be_used_first():
+    model = Model(
+        ("y shown", "x**2 shown", "a(x, y)", "y = b(x)"),
+        ("x", "y"),
+        ((1,), (0,), (0, 1), (0, 1)),
+        (Fault("f", (1,)),),
+        nonsolvable=((1, 0), (2, 0), (2, 1), (3, 0)),
+    )
+    (test,) = select_tests(model, Rules()).tests
+    assert members(test.equations) == (1, 2, 3)
 
 
 @pytest.mark.parametrize(
