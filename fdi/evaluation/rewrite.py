@@ -3,8 +3,8 @@
 In: a log and, per message, changed raw values and records to be left out. Out: the bytes of the
 changed log in its own format. In a tlog a changed frame gets a new checksum and the length that
 MAVLink 2 would give it, and frames after one that was left out move up in their sender's numbering,
-so that nothing looks lost on the link. In a DataFlash log records have a fixed size and no
-checksum.
+so that nothing looks lost on the link. In a DataFlash log and a ULog records have a fixed size and
+no checksum; a ULog says where parts were appended later.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from fdi.errors import UsageError
 from fdi.telemetry import Log, Message
 from fdi.telemetry.dialect import MessageDefinition, definition_by_name, frame_checks
 from fdi.telemetry.formats.dataflash import tables_of
-from fdi.telemetry.formats.dataflash_layouts import Layout
+from fdi.telemetry.formats.dataflash_layouts import Layout as RecordLayout
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
+from fdi.telemetry.formats.ulog import appended_at, topics_of
+from fdi.telemetry.formats.ulog_definitions import Layout as TopicLayout
 
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int64]
@@ -74,22 +76,42 @@ def _dataflash(log: Log, changes: Mapping[str, Change]) -> bytes:
         if len(own) != 1 or own[0].start.size != message.stamp.size:
             raise UsageError(f"{key} is defined anew in the log, and cannot be rewritten")
         layout, start = own[0].layout, own[0].start.astype(np.int64)
-        for name, (values, where) in change.values.items():
-            _put(data, layout, start[where], name, values[where])
+        _fill(data, layout, start, change)
         if change.lost is not None:
             gone = start[change.lost]
             keep[(gone[:, None] + np.arange(layout.length)).ravel()] = False
     return data[keep].tobytes()
 
 
-def _put(
-    data: NDArray[np.uint8], layout: Layout, start: Ints, name: str, raw: NDArray[np.float64]
+def _ulog(log: Log, changes: Mapping[str, Change]) -> bytes:
+    data = log.data.copy()
+    keep = np.ones(data.size, np.bool_)
+    topics = topics_of(log.path, log.data)
+    for key, change in changes.items():
+        own = [topic for topic in topics if topic.key == key]
+        if len(own) != 1 or own[0].at.size != log[key].stamp.size:
+            raise UsageError(f"{key} is defined anew in the log, and cannot be rewritten")
+        _fill(data, own[0].layout, own[0].at, change)
+        for first in own[0].at[change.lost].tolist() if change.lost is not None else ():
+            size = 3 + int.from_bytes(data[first - 5 : first - 3].tobytes(), "little")
+            keep[first - 5 : first - 5 + size] = False
+    for place in appended_at(data):
+        old = int.from_bytes(data[place : place + 8].tobytes(), "little")
+        new = int(np.count_nonzero(keep[:old]))
+        data[place : place + 8] = np.frombuffer(new.to_bytes(8, "little"), np.uint8)
+    return data[keep].tobytes()
+
+
+def _fill(
+    data: NDArray[np.uint8], layout: RecordLayout | TopicLayout, start: Ints, change: Change
 ) -> None:
-    field = layout.field(name)
-    assert field is not None
-    kind = np.dtype(field.dtype)
-    packed = as_stored(raw, kind).view(np.uint8).reshape(-1, kind.itemsize)
-    data[(start + field.offset)[:, None] + np.arange(kind.itemsize)] = packed
+    """Write a change's values into the records that begin at these bytes."""
+    for name, (values, where) in change.values.items():
+        field = layout.field(name)
+        assert field is not None
+        kind = np.dtype(field.dtype)
+        packed = as_stored(values[where], kind).view(np.uint8).reshape(-1, kind.itemsize)
+        data[(start[where] + field.offset)[:, None] + np.arange(kind.itemsize)] = packed
 
 
 def as_stored(raw: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[Any]:
@@ -206,4 +228,5 @@ def _frame(
 _WRITERS: Final[dict[str, Callable[[Log, Mapping[str, Change]], bytes]]] = {
     "tlog": _tlog,
     "dataflash": _dataflash,
+    "ulog": _ulog,
 }

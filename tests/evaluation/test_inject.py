@@ -12,13 +12,15 @@ from fdi.telemetry import Channel, read
 
 TLOG = EXAMPLES / "copter_gps_loss_landing.tlog"
 BIN = SHARED / "propeller_cut" / "good_prop_hover_1.bin"
-ULOG = SHARED / "healthy" / "no_battery_monitor.ulg"
+ULOG = SHARED / "triplex" / "comm_fail" / "instance_0.ulg"
+TEXT = SHARED / "odd" / "underpowered.log"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+OTHER_FORMATS = [pytest.param(name, marks=needs_shared) for name in ("bin", "ulg")]
 
 
-@pytest.fixture(scope="module", params=["tlog", pytest.param("bin", marks=needs_shared)])
+@pytest.fixture(scope="module", params=["tlog", *OTHER_FORMATS])
 def log(request):
-    return read(TLOG if request.param == "tlog" else BIN)
+    return read({"tlog": TLOG, "bin": BIN, "ulg": ULOG}[request.param])
 
 
 def put(log, text, folder):
@@ -54,35 +56,42 @@ def alike(one, two):
     return np.array_equal(one, two)
 
 
-OWN = {  # channel in MAVLink's words: its own name in a DataFlash log, quantum in SI, size
-    "GPS_RAW_INT.alt": ("GPS.Alt", 0.01, 15.0),
-    "VFR_HUD.climb": ("CTUN.CRt", 0.01, 2.0),
-    "SCALED_PRESSURE.press_abs": ("BARO.Press", 0.5, 500.0),
-    "RAW_IMU.zgyro": ("IMU.GyrZ", 0.001, 0.25),
-    "ATTITUDE.roll": ("ATT.Roll", 2e-4, 0.125),
+OWN = {  # channel: its own name in a DataFlash log and in a ULog, quantum in SI, size
+    "GPS_RAW_INT.alt": ("GPS.Alt", "vehicle_gps_position.alt", 0.01, 15.0),
+    "VFR_HUD.climb": ("CTUN.CRt", "vehicle_local_position.vz", 0.01, 2.0),
+    "SCALED_PRESSURE.press_abs": (
+        "BARO.Press",
+        "vehicle_air_data.baro_pressure_pa",
+        0.5,
+        500.0,
+    ),
+    "RAW_IMU.zgyro": ("IMU.GyrZ", "sensor_combined.gyro_rad[2]", 0.001, 0.25),
+    "ATTITUDE.roll": ("ATT.Roll", "vehicle_attitude.q[1]", 2e-4, 0.125),
 }
 
 
 @pytest.mark.parametrize("kind", ["bias", "drift", "scale", "noise", "freeze"])
 @pytest.mark.parametrize("name", OWN)
 def test_exactly_that_channel_reads_otherwise(log, name, kind, tmp_path):
-    own, quantum, size = OWN[name]
-    target = name if log.format == "tlog" else own
+    record, topic, quantum, size = OWN[name]
+    target = {"tlog": name, "dataflash": record, "ulog": topic}[log.format]
+    if name == "ATTITUDE.roll" and log.format == "ulog":  # made of four of the log's own fields
+        name = target
     text = spanned(log, f"{name}:{kind}" if kind == "freeze" else f"{name}:{kind}={size}")
     other = put(log, text, tmp_path)
     assert differing(log, other) == {target}
-    t, before, _ = log.channel(target)
+    t, before, _ = log.channel(name)
     expected = faulty(parse_fault(text), t, before, channel=name)
-    after = other.channel(target).value
+    after = other.channel(name).value
     assert np.array_equal(np.isnan(after), np.isnan(before))
     np.testing.assert_allclose(after, expected, atol=quantum, rtol=1e-6)
     assert [q for q in other.quality if q not in log.quality] == []
 
 
 def test_a_dropout_leaves_out_the_records_of_the_message_only(log, tmp_path):
+    key = {"tlog": "GPS_RAW_INT", "dataflash": "GPS", "ulog": "vehicle_gps_position"}[log.format]
     text = spanned(log, "GPS_RAW_INT.alt:dropout")
     fault, other = parse_fault(text), put(log, text, tmp_path)
-    key = "GPS_RAW_INT" if log.format == "tlog" else "GPS"
     assert {channel.split(".")[0] for channel in differing(log, other)} == {key}
     before = log[key].t
     assert np.array_equal(other[key].t, before[~fault.holds(before)])
@@ -90,7 +99,8 @@ def test_a_dropout_leaves_out_the_records_of_the_message_only(log, tmp_path):
 
 
 def test_the_same_fault_is_the_same_bytes(log):
-    fault = parse_fault(spanned(log, "ATTITUDE.roll:noise=0.1"))
+    name = "vehicle_attitude.q[1]" if log.format == "ulog" else "ATTITUDE.roll"
+    fault = parse_fault(spanned(log, f"{name}:noise=0.1"))
     assert injected(log, fault) == injected(log, fault)
 
 
@@ -108,10 +118,10 @@ def test_a_bias_at_channels_of_several_units_is_refused():
 
 
 @needs_shared
-def test_a_ulog_is_refused_plainly():
-    log = read(ULOG)
+def test_a_text_log_is_refused_plainly():
+    log = read(TEXT)
     with pytest.raises(UsageError, match="cannot be rewritten yet"):
-        injected(log, parse_fault("battery_status.voltage_v:bias=1@1"))
+        injected(log, parse_fault("CTUN.BarAlt:bias=1@9"))
 
 
 def test_an_angle_goes_round():

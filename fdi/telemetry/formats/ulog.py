@@ -68,6 +68,7 @@ Stamps = NDArray[np.uint64]
 MAGIC: Final = b"ULog\x01\x12\x35"
 _HEADER: Final = struct.Struct("<7sBQ")
 _FLAGS: Final = struct.Struct("<HB8s8s3Q")
+_PLACE: Final = struct.Struct("<Q")
 _APPENDED: Final = 1  # incompatible flag: there are parts appended later
 _UTC_RANGE_US: Final = (946684800e6, 4102444800e6)  # 2000 to 2100: what is outside is no UTC
 _NAMED: Final = 4  # topics that an error names
@@ -162,7 +163,7 @@ def _header(path: Path, data: Bytes) -> tuple[int, list[tuple[int, int]]]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Topic:
+class Topic:
     """The records of one instance of a topic, (n,): first bytes of their fields, stamps."""
 
     name: str
@@ -171,13 +172,30 @@ class _Topic:
     at: Ints
     stamp: Stamps
 
+    @property
+    def key(self) -> str:
+        """The name in `Log.messages`."""
+        return self.name if self.instance is None else f"{self.name}[{self.instance}]"
+
     def stamped(self) -> Stamped:
         """Return the stamps with the topic's name."""
-        key = self.name if self.instance is None else f"{self.name}[{self.instance}]"
-        return Stamped(key, self.at, self.stamp)
+        return Stamped(self.key, self.at, self.stamp)
 
 
-def _topics(rows: Sequence[Rows]) -> list[_Topic]:
+def topics_of(path: Path, data: Bytes) -> list[Topic]:
+    """Return where the records of every topic and instance are, for who rewrites them."""
+    _, parts = _header(path, data)
+    return _topics(find_records(data, parts).rows)
+
+
+def appended_at(data: Bytes) -> list[int]:
+    """Return the bytes at which the places stand where a part was appended later, 0: none was."""
+    has_flags = data[_HEADER.size + 2 : _HEADER.size + 3].tobytes() == b"B"
+    first = _HEADER.size + _FLAGS.size - 3 * _PLACE.size
+    return [first + k * _PLACE.size for k in range(3)] if has_flags else []
+
+
+def _topics(rows: Sequence[Rows]) -> list[Topic]:
     """Return the topics; subscriptions of one topic together, other layouts of it apart."""
     groups: dict[tuple[str, int], list[Rows]] = {}
     for one in rows:
@@ -193,12 +211,12 @@ def _topics(rows: Sequence[Rows]) -> list[_Topic]:
                 order = np.argsort(at)
                 at, stamp = at[order], np.concatenate([one.stamp for one in same])[order]
             label = name if not i else f"{name}#{i + 1}"
-            made.append(_Topic(label, instance or None, layout, at, stamp))
+            made.append(Topic(label, instance or None, layout, at, stamp))
     return made
 
 
 def _messages(
-    topics: Sequence[_Topic], times: Sequence[Placed], store: Store, release: Release
+    topics: Sequence[Topic], times: Sequence[Placed], store: Store, release: Release
 ) -> dict[str, Message]:
     every = np.arange(max(topic.at.size for topic in topics))
     made = {}
