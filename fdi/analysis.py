@@ -9,7 +9,7 @@ from pathlib import Path
 
 from fdi import __version__
 from fdi.decision import load_policy
-from fdi.diagnosis import diagnose
+from fdi.diagnosis import decide_within_budget, diagnose
 from fdi.errors import ModelError, UsageError
 from fdi.model import load_airframe
 from fdi.model.choose import choose_model
@@ -44,6 +44,7 @@ def analyze(
     policy: str | Path = "default",
     window: tuple[float, float] | None = None,
     rate: float | None = None,
+    budget: float | None = None,
     system: int | None = None,
     command: Sequence[str] = (),
     progress: Progress | None = None,
@@ -63,6 +64,8 @@ def analyze(
         From when to when, s of the log's clock, both ends included.
     rate : float, optional
         Samples per second; by default from the channels' own rates.
+    budget : float, optional
+        False accusations by noise that an hour in the air may hold; by default the policy's.
     system : int, optional
         Which vehicle of the log, by its MAVLink system id.
     command : sequence of str
@@ -77,7 +80,7 @@ def analyze(
     """
     watch = _Watch(progress)
     with watch.stage("load", 0.0):
-        recipe = load_policy(policy).resample(window=window, rate_hz=rate)
+        recipe = load_policy(policy).resample(window=window, rate_hz=rate).within(budget)
     with watch.stage("read", 0.05):
         paths = [path] if isinstance(path, (str, Path)) else path
         log = join([read(one, system=system) for one in paths])
@@ -98,7 +101,7 @@ def analyze(
     with watch.stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
     with watch.stage("decide", 0.8):
-        alarms = recipe.decide(residuals)
+        alarms = decide_within_budget(recipe, residuals)
     with watch.stage("diagnose", 0.9):
         diagnosis = diagnose(alarms, bank)
     return Analysis(

@@ -134,7 +134,8 @@ def document(analysis: Analysis) -> dict[str, Any]:
         "policy": {
             "name": analysis.policy.name,
             "sha256": analysis.policy.sha256,
-            "budget_per_hour": None,
+            "budget_per_hour": number(analysis.policy.budget_per_hour),
+            "threshold_scale": number(analysis.alarms.scale),
         },
         "quality": quality_rows(analysis.log),
         "structure": _structure(analysis),

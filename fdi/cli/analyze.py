@@ -50,6 +50,21 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
     return rate
 
 
+def read_budget(context: click.Context, option: click.Parameter, value: str | None) -> float | None:
+    """Return false accusations per hour; rarer ones than 0.01 nobody could check."""
+    if value is None:
+        return None
+    try:
+        budget = float(value)
+    except ValueError:
+        budget = 0.0
+    if not 0.01 <= budget <= 100:
+        raise click.BadParameter(
+            f"{value!r} is not a number of accusations per hour from 0.01 to 100", context, option
+        )
+    return budget
+
+
 @click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
 @click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
 @click.option(
@@ -75,6 +90,12 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
 @click.option(
     "--rate", metavar="HZ|auto", default="auto", callback=read_rate, help="Samples a second."
 )
+@click.option(
+    "--budget",
+    metavar="PER_HOUR",
+    callback=read_budget,
+    help="False accusations by noise that an hour in the air may hold.",
+)
 @click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
 @click.option(
     "--out",
@@ -97,6 +118,7 @@ def analyze(
     policy: str,
     window: tuple[float, float] | None,
     rate: float | None,
+    budget: float | None,
     system: int | None,
     out: Path | None,
     formats: str | None,
@@ -134,6 +156,7 @@ def analyze(
             policy=policy,
             window=window,
             rate=rate,
+            budget=budget,
             system=system,
             command=["fdi", *sys.argv[1:]],
             progress=progress,

@@ -9,6 +9,8 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``recipes.py``: what each way to decide takes from a policy
 - ``noise.py``: centre and spread of a residual in the flight's own calm part
 - ``bounds.py``: how far each residual of a flight may stray
+- ``resampling.py``: other noise of the same kind as a flight's own
+- ``critical.py``: how small the scale of thresholds would have to be for an alarm
 - ``detectors.py``: the ways to decide, one function each
 """
 

@@ -53,6 +53,8 @@ class Alarms:
     mean, mean_threshold : (r, n) float
         The trailing mean that shows what is small but lasts, and its threshold, in each residual's
         unit; NaN where it is not judged.
+    scale : float
+        Of the thresholds of noise, for the policy's budget of false accusations.
     """
 
     residuals: Residuals
@@ -67,6 +69,7 @@ class Alarms:
     unfit: NDArray[np.bool_]
     mean: NDArray[np.float64]
     mean_threshold: NDArray[np.float64]
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         raised = int(self.alarm.any(axis=1).sum())

@@ -8,7 +8,7 @@ of means from the means of that length in this flight. Residuals are held agains
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -82,6 +82,17 @@ class Bounds:
     def strayed(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how far residuals are off their centre, and the size of what counts of that."""
         return strayed(values, self.centre, self.circular, self.side)
+
+    def at(self, columns: slice) -> Bounds:
+        """Return the bounds of some of the samples."""
+        return replace(
+            self,
+            noise=self.noise[:, columns],
+            spread=self.spread[:, columns],
+            settled=self.settled[columns],
+            mean_spread=self.mean_spread[:, columns],
+            mean_bound=self.mean_bound[:, columns],
+        )
 
     def scales(self, scale: float) -> Floats:
         """Return what a scale of the thresholds of noise means for every residual."""

@@ -90,6 +90,7 @@ def judge(
         unfit=bounds.unfit.copy(),
         mean=mean,
         mean_threshold=mean_threshold,
+        scale=scale,
     )
 
 
@@ -208,10 +209,10 @@ def persistent(
     return result, complete
 
 
-def _frozen(residuals: Residuals, use: Use, **arrays: Any) -> Alarms:
+def _frozen(residuals: Residuals, use: Use, scale: float = 1.0, **arrays: Any) -> Alarms:
     for array in arrays.values():
         array.flags.writeable = False
-    return Alarms(residuals, use, **arrays)
+    return Alarms(residuals, use, scale=scale, **arrays)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.recipes import PredictedSpread, Rank
-from fdi.errors import ModelError
+from fdi.errors import ModelError, UsageError
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.telemetry import Sampling
@@ -64,6 +64,29 @@ class Policy:
         if rate_hz is not None:
             sampling = replace(sampling, rate_hz=rate_hz)
         return replace(self, sampling=sampling)
+
+    def within(self, budget_per_hour: float | None) -> Policy:
+        """Return the policy with this budget, and no floor below it, where one is given.
+
+        Raises
+        ------
+        UsageError
+            The policy decides in a way that has no budget.
+        """
+        if budget_per_hour is None:
+            return self
+        if not isinstance(self.decision, PredictedSpread):
+            raise UsageError(
+                f"the policy {self.name} has no budget: its tests fire on a fixed share of samples",
+                hint="leave out --budget",
+            )
+        decision = replace(self.decision, budget_per_hour=budget_per_hour, least_scale=0.0)
+        return replace(self, decision=decision)
+
+    @property
+    def budget_per_hour(self) -> float | None:
+        """Return how many false accusations by noise a flight hour may hold, None for unstated."""
+        return getattr(self.decision, "budget_per_hour", None)
 
 
 def shipped_policies() -> tuple[str, ...]:

@@ -21,6 +21,9 @@ class PredictedSpread:
     mean_least: float = 1.0
     mean_most: float = 4.0
     mean_levels: float = 5.0
+    budget_per_hour: float | None = None
+    least_scale: float = 1.0
+    most_scale: float = 3.0
     method: Literal["predicted_spread"] = "predicted_spread"
 
 

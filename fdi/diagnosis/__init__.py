@@ -6,6 +6,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 
 - ``values.py``: the values of this stage
 - ``answer.py``: the stage itself, from alarms to the answer
+- ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``marking.py``: which fault is marked when, over the flight
 - ``hitting.py``: minimal sets of components that explain a set of conflicts
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
@@ -13,6 +14,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 """
 
 from fdi.diagnosis.answer import diagnose
+from fdi.diagnosis.budget import decide_within_budget
 from fdi.diagnosis.values import (
     Consequence,
     Diagnosis,
@@ -34,6 +36,7 @@ __all__ = [
     "Isolability",
     "NotTestable",
     "RuledOut",
+    "decide_within_budget",
     "diagnose",
     "runs",
 ]

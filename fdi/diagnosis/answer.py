@@ -35,7 +35,7 @@ from fdi.diagnosis.values import (
     RuledOut,
 )
 from fdi.residuals import Bank
-from fdi.telemetry import Flight
+from fdi.telemetry import Flight, Signals
 
 MERGE_S = 15.0
 """A component accused again within this time is one finding: its alarms merely paused."""
@@ -94,15 +94,32 @@ def in_air(flight: Flight) -> tuple[float, float]:
     return start, min(end for end in ends if end is not None)
 
 
+def time_in_air(signals: Signals) -> list[tuple[float, float]]:
+    """Return from when to when, s, alarms may accuse, flight by flight; all along without any."""
+    if not signals.flights and len(signals.t):
+        return [(float(signals.t[0]), float(signals.t[-1]))]
+    return [in_air(flight) for flight in signals.flights]
+
+
 def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...]]:
+    causes, effects = _explained(alarms)
+    findings = tuple(
+        _finding(rank, number, end, cause, alarms)
+        for rank, (number, end, cause) in enumerate(causes, 1)
+    )
+    return findings, _consequences(effects, findings)
+
+
+def accusations(alarms: Alarms) -> list[tuple[int, str]]:
+    """Return the number of the flight and the component of every finding."""
+    return [(number, cause.component) for number, _, cause in _explained(alarms)[0]]
+
+
+def _explained(alarms: Alarms) -> tuple[list[tuple[int, float, Cause]], list[Effect]]:
+    """Return the causes with the number and the end, s, of their flight, and what follows."""
     causes: list[tuple[int, float, Cause]] = []
     effects: list[Effect] = []
-    signals = alarms.residuals.signals
-    flights = signals.flights or ()
-    spans = [(number, *in_air(flight)) for number, flight in enumerate(flights)]
-    if not spans and len(signals.t):
-        spans = [(0, float(signals.t[0]), float(signals.t[-1]))]
-    for number, start, end in spans:
+    for number, (start, end) in enumerate(time_in_air(alarms.residuals.signals)):
         own: list[Cause] = []
         for episode in episodes(find_runs(alarms, start, end)):
             found, following = explain_episode(alarms, episode)
@@ -110,11 +127,7 @@ def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...
             effects += following
         causes += [(number, end, cause) for cause in _merged(own)]
     causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].weight, item[2].component))
-    findings = tuple(
-        _finding(rank, number, end, cause, alarms)
-        for rank, (number, end, cause) in enumerate(causes, 1)
-    )
-    return findings, _consequences(effects, findings)
+    return causes, effects
 
 
 def _merged(causes: list[Cause]) -> list[Cause]:

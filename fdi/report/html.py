@@ -19,6 +19,7 @@ from fdi.report.text import onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
     at,
+    budget,
     clean,
     into_flight,
     log_time,
@@ -76,6 +77,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         refused=_refused(analysis),
         pictures={name: embedded(picture) for name, picture in pictures.items()},
         policy_text=analysis.policy.description,
+        budget_text=budget(analysis),
         model_text=analysis.airframe.description,
     )
 

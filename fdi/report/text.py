@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding
-from fdi.report.words import at, clean, into_flight, log_time, per_cent, plural, size
+from fdi.report.words import at, budget, clean, into_flight, log_time, per_cent, plural, size
 from fdi.result import Analysis
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
     tests = plural(len(analysis.bank.generators), "test")
     yield text(
         f"fdi {analysis.version}, model {analysis.airframe.name}, "
-        f"policy {analysis.policy.name}, {tests}"
+        f"policy {analysis.policy.name}, {tests}{budget(analysis)}"
     )
     yield text("")
     yield text(analysis.verdict, "bold red" if analysis.findings else "bold")

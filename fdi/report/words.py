@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from fdi.result import Analysis
     from fdi.telemetry import Flight, Log
 
 _UNSEEN: Final = re.compile(
@@ -161,3 +162,12 @@ def shortened(names: Sequence[str], most: int) -> str:
     shown = ", ".join(clean(name) for name in names[:most])
     more = len(names) - most
     return f"{shown} and {more} more" if more > 0 else shown
+
+
+def budget(analysis: Analysis) -> str:
+    """Return what a policy's budget is, and what it does to the thresholds of this flight."""
+    per_hour, scale = analysis.policy.budget_per_hour, analysis.alarms.scale
+    if per_hour is None:
+        return ""
+    scaled = "" if scale == 1.0 else f" (thresholds times {scale:.2f})"
+    return f", noise may accuse {per_hour:g} times an hour at the most{scaled}"

@@ -52,6 +52,18 @@ def test_window_and_rate_reach_the_grid(run: Run, model: Path) -> None:
     assert document["fault_grid"]["t"] == [10 + k / 2 for k in range(21)]
 
 
+def test_budget_reaches_the_thresholds(run: Run, model: Path) -> None:
+    def policy(*words: str) -> dict[str, float]:
+        found = json.loads(run("analyze", LOG, "--model", model, "--json", *words).out)
+        return dict(found["policy"])
+
+    assert policy()["budget_per_hour"] == 1.0
+    rare, often = (policy("--budget", per_hour) for per_hour in ("0.1", "10"))
+    assert (rare["budget_per_hour"], often["budget_per_hour"]) == (0.1, 10.0)
+    assert rare["threshold_scale"] > often["threshold_scale"]
+    assert policy("--policy", "paper")["budget_per_hour"] is None
+
+
 def test_a_pipe_gets_neither_colour_nor_progress(run: Run, model: Path) -> None:
     ended = run("analyze", LOG, "--model", model, "--format", "txt")
     assert "\x1b" not in ended.out + ended.err
@@ -76,6 +88,10 @@ def test_a_foreign_folder_needs_force(run: Run, model: Path) -> None:
         ([LOG, "--window", "5"], "not two ascending"),
         ([LOG, "--window", "9:5"], "not two ascending"),
         ([LOG, "--window", "nan:5"], "not two ascending"),
+        ([LOG, "--budget", "nan"], "per hour from 0.01 to 100"),
+        ([LOG, "--budget", "0"], "per hour from 0.01 to 100"),
+        ([LOG, "--budget", "few"], "per hour from 0.01 to 100"),
+        ([LOG, "--budget", "1", "--policy", "paper"], "paper has no budget"),
         ([LOG, "--rate", "fast"], "'auto'"),
         ([LOG, "--rate", "0"], "'auto'"),
         ([LOG, "--format", "docx"], "unknown format"),

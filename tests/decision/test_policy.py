@@ -8,7 +8,7 @@ from fdi.decision import load_policy
 from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
 from fdi.decision.policy import FOLDER, shipped_policies
 from fdi.diagnosis.marking import MARKINGS
-from fdi.errors import ModelError
+from fdi.errors import ModelError, UsageError
 
 RIGHT = (FOLDER / "default.yaml").read_text(encoding="utf-8")
 
@@ -107,3 +107,19 @@ def test_resample_keeps_what_is_not_given():
     assert policy.resample() == policy
     assert policy.resample(rate_hz=1.0).sampling.window == (3.0, 9.0)
     assert policy.resample(window=(0.0, 1.0)).sampling.rate_hz == 2.0
+
+
+def test_a_budget_asked_for_has_no_floor_of_the_policy():
+    policy = load_policy("default")
+    assert policy.budget_per_hour == 1.0
+    asked = policy.within(10.0)
+    assert asked.budget_per_hour == 10.0
+    assert (policy.decision.least_scale, asked.decision.least_scale) == (1.0, 0.0)
+    assert policy.within(None) == policy
+
+
+def test_a_policy_without_a_budget_refuses_one():
+    paper = load_policy("paper")
+    assert paper.budget_per_hour is None
+    with pytest.raises(UsageError, match=r"^the policy paper has no budget"):
+        paper.within(1.0)

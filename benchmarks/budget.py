@@ -1,0 +1,218 @@
+"""Does noise accuse as often as the budget says, as docs/evaluation.md tells?
+
+    .venv/bin/python benchmarks/budget.py [--write] [--hours H] [--every K]
+
+On each healthy flight of ../shared/flights the scale of the thresholds for 0.1, 1 and 10 false
+accusations per flight hour is taken as an analysis takes it. Then the flight's noise is generated
+anew, with other seeds and by other code than the estimate has (a recursion in time, innovations
+drawn as they are), for many more hours, and the whole way from residuals to accusations is gone:
+the original flight's thresholds times the scale, persistence, weighing, rules of evidence. What is
+counted are findings. ``--write`` puts the table between the markers of docs/evaluation.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from fdi.decision import load_policy
+from fdi.decision.alarms import Use
+from fdi.decision.bounds import Bounds, learn
+from fdi.decision.detectors import judge
+from fdi.diagnosis.answer import accusations, time_in_air
+from fdi.diagnosis.budget import Noise, accusing_rules, noise_of, scale_for, simulated
+from fdi.errors import FdiError
+from fdi.model import load_airframe
+from fdi.model.choose import choose_model
+from fdi.residuals import Residuals
+from fdi.residuals.cache import cached_bank
+from fdi.telemetry import Flight, read
+
+ROOT = Path(__file__).resolve().parents[1]
+FLIGHTS = ROOT.parent / "shared" / "flights"
+PAGE = ROOT / "docs" / "evaluation.md"
+BUDGETS: Final = (0.1, 1.0, 10.0)
+HOURS: Final = {0.1: 30.0, 1.0: 12.0, 10.0: 3.0}
+"""To be generated per flight, so that the rarer accusations are counted too."""
+AT_ONCE: Final = 20_000  # samples
+PAUSE_S: Final = 30.0  # between generated flights: no alarm reaches across
+RUN_UP: Final = 200  # samples before a generated flight, to forget how the recursion began
+USE: Final = Use("majority", True)
+
+
+def generated(noise: Noise, flights: int, rng: np.random.Generator) -> np.ndarray:
+    """Return new noise, (r, flights, n), from the model's filters by a recursion in time."""
+    model = noise.model
+    order = model.whitening.shape[1] - 1
+    size = model.samples + RUN_UP
+    rows, moments = model.innovations.shape
+    out = np.zeros((size + order, rows, flights))
+    past = -model.whitening[:, :0:-1].T[:, :, None]  # oldest first
+    spread = np.zeros(rows)
+    for step in range(size):
+        drawn = model.innovations[:, rng.integers(0, moments, flights)]
+        out[step + order] = drawn + (past * out[step : step + order]).sum(axis=0)
+    out = out[order + RUN_UP :].transpose(1, 2, 0)
+    spread = out.std(axis=(1, 2))
+    scale = np.divide(model.deviation, spread, out=np.zeros(rows), where=spread > 0)
+    return out * scale[:, None, None] + model.mean[:, None, None]
+
+
+class Subject:
+    """A healthy flight, its noise and its thresholds."""
+
+    def __init__(self, path: Path) -> None:
+        self.policy = load_policy("default")
+        self.recipe = self.policy.decision
+        log = read(path)
+        system = load_airframe(choose_model(log)).observe(log)
+        bank = cached_bank(system, self.policy.tests)
+        signals = log.signals(system.channels, self.policy.sampling)
+        self.residuals = bank.evaluate(signals, self.policy.differentiation)
+        self.bounds = learn(self.residuals, self.recipe)
+        self.alarms = judge(self.residuals, self.bounds, self.recipe, USE)
+        self.noise = noise_of(self.alarms, self.bounds)
+
+    def scale(self, budget: float) -> float:
+        """Return the scale that an analysis takes for a budget."""
+        return scale_for(budget, self.noise, self.residuals.bank, self.recipe)
+
+    def accusations(self, drawn: np.ndarray, scale: float) -> int:
+        """Return how many findings generated flights, (r, k, n), have at a scale."""
+        if not drawn.shape[1]:
+            return 0
+        residuals, bounds = self._laid_out(drawn)
+        return len(accusations(judge(residuals, bounds, self.recipe, USE, scale)))
+
+    def _laid_out(self, drawn: np.ndarray) -> tuple[Residuals, Bounds]:
+        """Return generated flights one after another, as one log of several flights."""
+        noise, signals = self.noise, self.residuals.signals
+        count = drawn.shape[1]
+        pause = round(PAUSE_S * noise.rate_hz)
+
+        def times(array: np.ndarray, blank: float = np.nan) -> np.ndarray:
+            padded = np.full((len(array), array.shape[1] + pause), blank)
+            padded[:, : array.shape[1]] = array
+            return np.tile(padded, count)
+
+        values = drawn * noise.unit[:, None] + noise.bounds.centre[:, None, None]
+        values = np.where(noise.known[:, None], values, np.nan)
+        # what the model states, and what is not judged, stays quiet
+        varies = np.isin(np.arange(len(values)), noise.rows)
+        still = np.where(noise.known | noise.bounds.stated[:, None], 0.0, np.nan)
+        values[~varies] = still[~varies][:, None] + noise.bounds.centre[~varies, None, None]
+        padded = np.full((*values.shape[:2], values.shape[2] + pause), np.nan)
+        padded[..., : values.shape[2]] = values
+        t = np.arange(padded.shape[1] * padded.shape[2]) / noise.rate_hz
+        length = padded.shape[2] / noise.rate_hz
+        first = signals.t[noise.first]
+        flights = []
+        for number in range(count):
+            for start, end in time_in_air(signals):
+                begin, stop = (number * length + x - first for x in (start, end))
+                stop = min(stop, number * length + values.shape[2] / noise.rate_hz)
+                flights.append(Flight(begin, stop, takeoff=begin, landing=stop))
+        residuals = replace(
+            self.residuals,
+            values=padded.reshape(len(values), -1),
+            spread=times(noise.bounds.spread),
+            signals=replace(signals, t=t, flights=tuple(flights), columns={}),
+        )
+        bounds = replace(
+            noise.bounds,
+            noise=times(noise.bounds.noise),
+            spread=times(noise.bounds.spread, 0.0),
+            settled=times(noise.bounds.settled[None].astype(float), 0.0)[0] > 0,
+            mean_spread=times(noise.bounds.mean_spread),
+            mean_bound=times(noise.bounds.mean_bound),
+        )
+        return residuals, bounds
+
+
+def measured(subject: Subject, share: float, seed: int) -> dict[float, tuple[float, int, float]]:
+    """Return, by budget, the scale, the accusations and the hours they were counted over."""
+    noise, rng = subject.noise, np.random.default_rng(seed)
+    scales = {budget: subject.scale(budget) for budget in BUDGETS}
+    counts = dict.fromkeys(BUDGETS, 0)
+    hours = dict.fromkeys(BUDGETS, 0.0)
+    rules = accusing_rules(subject.residuals.bank, noise.rows)
+    flights = max(1, AT_ONCE // noise.model.samples)
+    while hours[BUDGETS[0]] < share * HOURS[BUDGETS[0]]:
+        drawn = generated(noise, flights, rng)
+        found = simulated(noise, drawn[noise.rows], subject.recipe, rules)
+        highest = np.max([own.max(axis=1) for own, _ in found.values()], axis=0)
+        for budget, scale in scales.items():
+            if hours[budget] < share * HOURS[budget]:
+                # a flight without any alarm accuses nobody
+                heard = np.flatnonzero(highest > scale)
+                counts[budget] += subject.accusations(drawn[:, heard], scale)
+                hours[budget] += flights * noise.hours
+    return {budget: (scales[budget], counts[budget], hours[budget]) for budget in BUDGETS}
+
+
+def table(results: dict[str, dict[float, tuple[float, int, float]]]) -> str:
+    """Return the figures as text for docs/evaluation.md."""
+    lines = [
+        "| asked for, per hour | measured, all flights | flights within a factor of 3 | of 2 |"
+        " hours | scale: median (least to most) |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for budget in BUDGETS:
+        own = [result[budget] for result in results.values()]
+        total, hours = sum(n for _, n, _ in own), sum(h for _, _, h in own)
+        rates = np.array([n / h for _, n, h in own])
+        within = [int(((rates >= budget / k) & (rates <= budget * k)).sum()) for k in (3, 2)]
+        scales = [scale for scale, _, _ in own]
+        lines.append(
+            f"| {budget:g} | **{total / hours:.2g}** ({total}) | {within[0]} of {len(own)} |"
+            f" {within[1]} of {len(own)} | {hours:.0f} |"
+            f" {np.median(scales):.2f} ({min(scales):.2f} to {max(scales):.2f}) |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Measure, print, and write where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="put the table into the docs")
+    parser.add_argument("--hours", type=float, default=HOURS[0.1], help="per flight, for 0.1")
+    parser.add_argument("--every", type=int, default=1, help="only every so manieth flight")
+    parser.add_argument("--first", type=int, default=0, help="which flight to begin with")
+    given = parser.parse_args()
+    if not FLIGHTS.is_dir():
+        print(f"skipped: {FLIGHTS} is not here")
+        return 0
+    labels = json.loads((FLIGHTS / "labels.json").read_text("utf-8"))["flights"]
+    healthy = [n for n, x in labels.items() if x["use"] == "diagnosis" and not x["faults"]]
+    results = {}
+    for number, name in enumerate(healthy[given.first :: given.every]):
+        begun = time.process_time()
+        try:
+            subject = Subject(FLIGHTS / name)
+        except FdiError as error:
+            print(f"{name}: {error}", file=sys.stderr)
+            continue
+        if not len(subject.noise.rows):
+            continue
+        results[name] = measured(subject, given.hours / HOURS[0.1], seed=1000 + number)
+        told = ", ".join(
+            f"{b:g}/h: scale {s:.2f}, {n} in {h:.1f} h" for b, (s, n, h) in results[name].items()
+        )
+        print(f"{name}: {told} ({time.process_time() - begun:.0f} s)", flush=True)
+    print(table(results))
+    if given.write:
+        from evaluation import put
+
+        put(f"`benchmarks/budget.py` printed:\n\n{table(results)}", "budget")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

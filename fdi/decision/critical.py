@@ -1,0 +1,92 @@
+"""How small would the scale of the thresholds have to be for a residual to alarm?
+
+In: residuals and bounds. Out: per sample the scale below which ``detectors.judge`` has an alarm
+that is certain there, and the one below which it is strong; for any number of flights at once. One
+pass tells for all scales.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
+from fdi.decision.detectors import SOONER
+from fdi.decision.noise import trailing_mean
+from fdi.decision.recipes import PredictedSpread
+from fdi.model.evaluate import Floats
+
+
+def critical_scales(
+    off: Floats,
+    row: int,
+    bounds: Bounds,
+    known: NDArray[np.bool_],
+    recipe: PredictedSpread,
+    rate_hz: float,
+    strong: float,
+) -> tuple[Floats, Floats]:
+    """Return the scales below which a residual is in alarm, and beyond so many thresholds.
+
+    Parameters
+    ----------
+    off : (k, n) float
+        One residual off its centre, of k flights.
+    row : int
+        Which residual it is.
+    bounds : Bounds
+    known : (n,) bool
+        Where it is judged.
+    recipe : PredictedSpread
+    rate_hz : float
+    strong : float
+        So many thresholds.
+
+    Returns
+    -------
+    (k, n) float, (k, n) float
+        -inf where it is in no alarm at any scale.
+    """
+    result, peak = np.full((2, *off.shape), -np.inf)
+    if bounds.unfit[row] or bounds.stated[row] or not known.any():
+        return result, peak
+    size, tolerance, noise = np.abs(off[:, known]), bounds.tolerance[row], bounds.noise[row, known]
+    peak[:, known] = _scale(size / strong, tolerance, noise)
+    least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
+    sudden = np.full(size.shape, -np.inf)
+    for over, share in SOONER:
+        count = max(2, round(share * least))
+        if size.shape[1] < count:
+            continue
+        lasting = _least_of(_scale(size / over, tolerance, noise), count)
+        sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
+    result[:, known] = sudden
+    if np.isfinite(bounds.mean_bound[row]).any():
+        given = np.where(known, off, np.nan)
+        ratio = normalised(given, tolerance, bounds.spread[row], bounds.settled)
+        count = max(2, round(recipe.mean_s * rate_hz))
+        mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slow = np.abs(mean) * bounds.mean_spread[row] / bounds.mean_bound[row]
+        slow = np.where(known, slow, np.nan)
+        result, peak = np.fmax(result, slow), np.fmax(peak, slow / strong)
+    return result, peak
+
+
+def _scale(size: Floats, tolerance: Floats, noise: Floats) -> Floats:
+    """Return the scale at which a size is at its threshold, -inf where noise has none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale: Floats = np.where(noise > 0, (size - tolerance) / noise, -np.inf)
+    return scale
+
+
+def _least_of(values: Floats, count: int) -> Floats:
+    """Return the least of every ``count`` successive columns, (k, n - count + 1)."""
+    width, least = 1, values
+    while 2 * width <= count:
+        least = np.minimum(least[:, width:], least[:, :-width])
+        width *= 2
+    if width < count:
+        more = count - width
+        least = np.minimum(least[:, more:], least[:, :-more])
+    return least

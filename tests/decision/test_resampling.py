@@ -1,0 +1,80 @@
+"""Noise drawn from a flight's own: as large, as slow and as correlated as that."""
+
+import numpy as np
+import pytest
+
+from fdi.decision.resampling import fit_noise
+
+from .build import RATE
+
+LENGTH = 2000
+
+
+def slow(rng, memory, size=LENGTH):
+    """Noise of deviation one whose neighbours correlate by ``memory``."""
+    column = rng.normal(size=size)
+    for i in range(1, size):
+        column[i] = memory * column[i - 1] + np.sqrt(1 - memory**2) * column[i]
+    return column
+
+
+def neighbours(drawn):
+    flat = drawn - drawn.mean()
+    return float((flat[..., 1:] * flat[..., :-1]).mean() / flat.var())
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.6, 0.9, 0.98])
+def test_drawn_noise_is_as_large_and_as_slow_as_the_flights(memory):
+    own = 3.0 * slow(np.random.default_rng(4), memory)[None] + 0.5
+    model = fit_noise(own, np.ones(own.shape, bool), RATE)
+    drawn = model.draw(20, np.random.default_rng(0))[0]
+    assert drawn.std() == pytest.approx(own.std(), rel=1e-6, abs=0.05)
+    assert drawn.mean() == pytest.approx(own.mean(), abs=0.1 * own.std())
+    assert neighbours(drawn) == pytest.approx(neighbours(own), abs=0.03)
+
+
+def test_residuals_that_share_a_channel_stay_correlated():
+    rng = np.random.default_rng(1)
+    shared, a, b = (slow(rng, 0.8) for _ in range(3))
+    own = np.array([shared + 0.5 * a, shared + 0.5 * b, a])
+    model = fit_noise(own, np.ones(own.shape, bool), RATE)
+    drawn = model.draw(20, np.random.default_rng(0)).reshape(3, -1)
+    assert np.corrcoef(drawn) == pytest.approx(np.corrcoef(own), abs=0.1)
+
+
+def test_what_is_not_calm_is_no_noise():
+    own = slow(np.random.default_rng(2), 0.7)[None]
+    broken, calm = own.copy(), np.ones(own.shape, bool)
+    broken[0, 700:900] += 50.0
+    calm[0, 700:900] = False
+    drawn = fit_noise(broken, calm, RATE).draw(10, np.random.default_rng(0))
+    assert drawn.std() == pytest.approx(own[calm].std(), rel=0.1)
+    assert np.abs(drawn).max() < 8
+
+
+def test_unknown_and_constant_residuals_have_no_noise():
+    own = np.array(
+        [np.zeros(LENGTH), np.full(LENGTH, 2.0), np.random.default_rng(0).normal(size=LENGTH)]
+    )
+    calm = np.ones(own.shape, bool)
+    calm[0] = False
+    drawn = fit_noise(own, calm, RATE).draw(3, np.random.default_rng(0))
+    assert np.isfinite(drawn).all()
+    assert np.ptp(drawn[0]) == 0
+    assert np.ptp(drawn[1]) == pytest.approx(0, abs=1e-9)
+    assert drawn[2].std() > 0.5
+
+
+def test_no_known_sample_at_all_draws_nothing():
+    drawn = fit_noise(np.zeros((2, 50)), np.zeros((2, 50), bool), RATE).draw(
+        2, np.random.default_rng(0)
+    )
+    assert (drawn == 0).all()
+
+
+def test_a_part_of_the_residuals_is_drawn_like_the_whole():
+    own = np.random.default_rng(3).normal(size=(4, LENGTH))
+    model = fit_noise(own, np.ones(own.shape, bool), RATE)
+    whole = model.draw(2, np.random.default_rng(7))
+    part = model.of(np.array([1, 3])).draw(2, np.random.default_rng(7))
+    assert part == pytest.approx(whole[[1, 3]])

@@ -1,0 +1,124 @@
+"""The budget of false accusations: what noise does at the scale that it gives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fdi.decision import load_policy
+from fdi.decision.alarms import Use
+from fdi.decision.bounds import learn
+from fdi.decision.detectors import judge
+from fdi.diagnosis.answer import accusations
+from fdi.diagnosis.budget import decide_within_budget, noise_of, scale_for, scale_of_rate
+from fdi.telemetry import Flight
+
+from .build import RATE, alarms_of, bank_of, model
+
+LENGTH = round(150 * RATE)
+HOURS = 3.0
+DEFAULT = load_policy("default")
+RECIPE = DEFAULT.decision
+USE = Use("majority", True)
+BANK = bank_of(
+    model({"gps": ["a", "b"], "compass": ["a", "c"], "barometer": ["b", "c"], "pitot": ["c"]})
+)
+
+
+def slow(rng, rows, size, memory=0.6):
+    column = rng.normal(size=(rows, size + 50))
+    for i in range(1, size + 50):
+        column[:, i] = memory * column[:, i - 1] + np.sqrt(1 - memory**2) * column[:, i]
+    return column[:, 50:]
+
+
+def flight(values, length=LENGTH, bank=BANK):
+    """Residuals of flights of ``length`` samples, one after another."""
+    size = values.shape[1]
+    flights = tuple(
+        Flight(start, start + length / RATE)
+        for start in np.arange(0, size, length, dtype=float) / RATE
+    )
+    made = alarms_of(bank, {}, flights=flights, seconds=size / RATE).residuals
+    return replace(made, values=values, spread=np.full(values.shape, 0.6))
+
+
+def scale_of(given, budget):
+    bounds = learn(given, RECIPE)
+    noise = noise_of(judge(given, bounds, RECIPE, USE), bounds)
+    return bounds, scale_for(budget, noise, BANK, RECIPE)
+
+
+@pytest.mark.parametrize("budget", [3.0, 30.0])
+def test_new_noise_accuses_as_often_as_the_budget_says(budget):
+    """Noise of the same process, not of the model fitted to it, through the whole search."""
+    rows = len(BANK.generators)
+    bounds, scale = scale_of(flight(slow(np.random.default_rng(5), rows, LENGTH)), budget)
+    count = round(HOURS * 3600 * RATE / LENGTH)
+    fresh = flight(slow(np.random.default_rng(6), rows, count * LENGTH))
+    long = replace(
+        bounds,
+        **{
+            name: np.tile(getattr(bounds, name)[:, -1:], (1, count * LENGTH))
+            for name in ("noise", "spread", "mean_spread", "mean_bound")
+        },
+        settled=np.ones(count * LENGTH, bool),
+    )
+    found = len(accusations(judge(fresh, long, RECIPE, USE, scale)))
+    assert budget / 3 <= found / HOURS <= 3 * budget
+
+
+def test_a_larger_budget_means_lower_thresholds():
+    given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
+    found = [scale_of(given, budget)[1] for budget in (0.1, 1.0, 10.0)]
+    assert found[0] > found[1] > found[2] > 0
+
+
+def test_a_fault_is_no_noise():
+    values = slow(np.random.default_rng(5), len(BANK.generators), LENGTH)
+    broken = values.copy()
+    broken[0, LENGTH // 2 :] += 30.0
+    _, healthy = scale_of(flight(values), 1.0)
+    _, faulty = scale_of(flight(broken), 1.0)
+    assert faulty == pytest.approx(healthy, rel=0.2)
+
+
+def test_default_raises_thresholds_for_its_budget_and_never_lowers_them():
+    values = slow(np.random.default_rng(5), len(BANK.generators), LENGTH)
+    assert decide_within_budget(DEFAULT, flight(0.1 * values)).scale == 1.0
+    loud = flight(5.0 * slow(np.random.default_rng(1), len(BANK.generators), LENGTH, 0.95))
+    raised = decide_within_budget(DEFAULT, loud)
+    assert 1.0 <= raised.scale <= RECIPE.most_scale
+    asked = decide_within_budget(DEFAULT.within(10.0), flight(0.1 * values))
+    assert asked.scale < 1.0
+
+
+def test_same_flight_has_the_same_scale():
+    given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
+    first, second = (decide_within_budget(DEFAULT.within(1.0), given) for _ in range(2))
+    assert first.scale == second.scale
+
+
+def test_policy_without_a_budget_decides_as_it_states():
+    given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
+    silent = replace(DEFAULT, decision=replace(RECIPE, budget_per_hour=None))
+    assert decide_within_budget(silent, given).scale == 1.0
+    paper = load_policy("paper")
+    found = decide_within_budget(paper, given)
+    assert np.array_equal(found.threshold, paper.decide(given).threshold, equal_nan=True)
+
+
+def test_flight_without_noise_is_judged_all_the_same():
+    blank = np.full((len(BANK.generators), LENGTH), np.nan)
+    for values in (blank, np.zeros_like(blank)):
+        assert not decide_within_budget(DEFAULT.within(1.0), flight(values)).alarm.any()
+
+
+def test_scale_of_a_rate_continues_the_tail():
+    """Rates of peaks of Gaussian noise fall with exp(-scale**2 / 2)."""
+    hours, at_zero = 5.0, 1000.0
+    peaks = np.sqrt(2 * np.log(at_zero * hours / np.arange(1, at_zero * hours)))
+    for rate in (0.01, 0.1, 1.0, 10.0, 100.0):
+        expected = np.sqrt(2 * np.log(at_zero / rate))
+        assert scale_of_rate(rate, peaks, hours) == pytest.approx(expected, rel=0.02)
+    assert scale_of_rate(1.0, np.array([]), hours) == 0.0
