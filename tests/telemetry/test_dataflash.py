@@ -197,6 +197,15 @@ def test_headers_alone_cost_no_more_than_a_log(load):
     assert time.process_time() - spent < 1.0
 
 
+def test_definitions_without_end_cost_no_more_than_their_size(load):
+    """20,000 versions of one type: none is compared with all others."""
+    again = [fmt(20, "BARO", form, "TimeUS,I") for form in ("QH", "QB")]
+    spent = time.process_time()
+    log = load(small() + b"".join(again) * 10_000)
+    assert time.process_time() - spent < 3.0
+    assert len(log["BARO"]) == 50
+
+
 def test_bytes_of_a_file_in_the_log_stay_as_they_are(load):
     """ArduPilot puts whole files into logs, 64 bytes a record: NULs are part of them."""
     piece = bytes(range(1, 60)) + b"\0\0\xff\0\0"
