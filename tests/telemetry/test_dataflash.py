@@ -206,6 +206,25 @@ def test_definitions_without_end_cost_no_more_than_their_size(load):
     assert len(log["BARO"]) == 50
 
 
+def test_two_types_of_one_name_are_on_one_clock(load):
+    """Their records stand between each other, also where the vehicle starts anew."""
+
+    def records(boot):
+        for i in range(200):
+            yield b"\xa3\x95" + bytes([50 + i % 2]) + struct.pack("<Qf", boot + i * 10_000, 1.0)
+
+    log = load(
+        small()
+        + fmt(50, "ATT", "Qf", "TimeUS,Roll")
+        + fmt(51, "ATT", "Qf", "TimeUS,Pitch")
+        + b"".join([*records(90_000_000), *records(5_000_000), *records(5_000_000)])
+    )
+    assert sum(record.kind == "reboot" for record in log.quality) == 2
+    times = np.sort(np.concatenate([log["ATT"].t, log["ATT#2"].t]))
+    assert times.size == 600
+    np.testing.assert_allclose(np.diff(times), 0.01, atol=0.01)
+
+
 def test_bytes_of_a_file_in_the_log_stay_as_they_are(load):
     """ArduPilot puts whole files into logs, 64 bytes a record: NULs are part of them."""
     piece = bytes(range(1, 60)) + b"\0\0\xff\0\0"
