@@ -407,7 +407,9 @@ def _onto(
                 del latest[old]
     weight = place.weight
     before = values[place.right - 1]
-    rise = values[place.right] - before
+    with np.errstate(over="ignore"):
+        rise = values[place.right] - before
+    rise[np.isinf(rise)] = np.nan  # damaged values may be of any size
     if unit == "rad":
         rise = wrap(rise)
     elif not unit and np.array_equal(values, np.rint(values)):
