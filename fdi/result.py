@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fdi.decision import Alarms, Policy
-from fdi.diagnosis import Diagnosis, Finding, Isolability, runs
+from fdi.diagnosis import Diagnosis, Finding, Isolability, Size, runs
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.telemetry import Log, Signals
@@ -281,6 +281,26 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
             "text": finding.evidence.text,
             "residuals": list(finding.evidence.residuals),
             "channels": list(finding.evidence.channels),
+        },
+        "size": None if finding.size is None else _size(finding.size, analysis.log),
+    }
+
+
+def _size(size: Size, log: Log) -> dict[str, Any]:
+    return {
+        "channel": size.channels[0],
+        "also": list(size.channels[1:]),
+        "against": list(size.against),
+        "shape": size.shape,
+        "value": number(size.value),
+        "sigma": number(size.sigma),
+        "unit": size.unit if size.shape == "bias" else f"{size.unit}/s",
+        "since": moment(size.since, log),
+        "shown": None
+        if size.shown is None
+        else {
+            "value": number(size.shown),
+            "unit": size.shown_unit if size.shape == "bias" else f"{size.shown_unit}/s",
         },
     }
 

@@ -6,6 +6,7 @@ line with the right exit code. Words -> exit code.
 - ``main.py``: the entry ``fdi``, and what an exception means to the shell
 - ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``: one command each
 - ``completion.py``: what a shell offers while a word is typed
+- ``bus_error.py``: what is said when a mapped log is cut short
 - ``output.py``: standard output and error, progress
 """
 

@@ -23,6 +23,7 @@ import rich_click as click
 from fdi import __version__
 from fdi.cli.analyze import analyze
 from fdi.cli.batch import batch
+from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
 from fdi.cli.info import info
@@ -65,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         By default those of the process.
     """
     prepare_streams()
+    end_with_a_line_on_bus_errors()
     _quieten()
     try:
         result = fdi.main(

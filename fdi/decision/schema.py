@@ -19,6 +19,7 @@ class SamplingEntry(_Entry):
     equal_stamps: Literal["last", "mean"] = "last"
     extrapolate: bool = False
     unwrap: bool = True
+    hold_discrete: bool = True
     gap_factor: float = Field(default=3.0, gt=1)
     gap_min_s: float = Field(default=1.0, ge=0)
 

@@ -10,6 +10,8 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``marking.py``: which fault is marked when, over the flight
 - ``hitting.py``: minimal sets of components that explain a set of conflicts
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
+- ``direction.py``: how far the residuals have moved along a fault's direction
+- ``size.py``: by how much a sensor is wrong
 - ``explain.py``: what is said about it in words
 """
 
@@ -24,6 +26,7 @@ from fdi.diagnosis.values import (
     Isolability,
     NotTestable,
     RuledOut,
+    Size,
     runs,
 )
 
@@ -36,6 +39,7 @@ __all__ = [
     "Isolability",
     "NotTestable",
     "RuledOut",
+    "Size",
     "decide_within_budget",
     "diagnose",
     "runs",

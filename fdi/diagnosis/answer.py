@@ -7,16 +7,18 @@ between take-off and landing, and never after an impact: what breaks then is no 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from fdi import structure
 from fdi.decision import Alarms
 from fdi.decision.noise import SETTLING_S, airborne_mask
-from fdi.diagnosis.explain import channels_of, evidence, kind_of, verdict
+from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.ranking import (
+    WEIGHING_S,
     Cause,
     Effect,
     Run,
@@ -24,6 +26,7 @@ from fdi.diagnosis.ranking import (
     explain_episode,
     find_runs,
 )
+from fdi.diagnosis.size import size_of
 from fdi.diagnosis.values import (
     MARKED,
     Consequence,
@@ -104,8 +107,8 @@ def time_in_air(signals: Signals) -> list[tuple[float, float]]:
 def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...]]:
     causes, effects = _explained(alarms)
     findings = tuple(
-        _finding(rank, number, end, cause, alarms)
-        for rank, (number, end, cause) in enumerate(causes, 1)
+        _finding(rank, number, span, cause, alarms)
+        for rank, (number, span, cause) in enumerate(causes, 1)
     )
     return findings, _consequences(effects, findings)
 
@@ -115,9 +118,11 @@ def accusations(alarms: Alarms) -> list[tuple[int, str]]:
     return [(number, cause.component) for number, _, cause in _explained(alarms)[0]]
 
 
-def _explained(alarms: Alarms) -> tuple[list[tuple[int, float, Cause]], list[Effect]]:
-    """Return the causes with the number and the end, s, of their flight, and what follows."""
-    causes: list[tuple[int, float, Cause]] = []
+def _explained(
+    alarms: Alarms,
+) -> tuple[list[tuple[int, tuple[float, float], Cause]], list[Effect]]:
+    """Return the causes with the number and the span, s, of their flight, and what follows."""
+    causes: list[tuple[int, tuple[float, float], Cause]] = []
     effects: list[Effect] = []
     for number, (start, end) in enumerate(time_in_air(alarms.residuals.signals)):
         own: list[Cause] = []
@@ -125,7 +130,7 @@ def _explained(alarms: Alarms) -> tuple[list[tuple[int, float, Cause]], list[Eff
             found, following = explain_episode(alarms, episode)
             own += found
             effects += following
-        causes += [(number, end, cause) for cause in _merged(own)]
+        causes += [(number, (start, end), cause) for cause in _merged(own)]
     causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].weight, item[2].component))
     return causes, effects
 
@@ -158,20 +163,29 @@ def _merged(causes: list[Cause]) -> list[Cause]:
     return result
 
 
-def _finding(rank: int, number: int, end: float, cause: Cause, alarms: Alarms) -> Finding:
+def _finding(
+    rank: int, number: int, span: tuple[float, float], cause: Cause, alarms: Alarms
+) -> Finding:
     over = max(run.end for run in cause.runs)
+    onset = cause.runs[0].onset
+    soon = [run.row for run in cause.runs if run.onset <= onset + WEIGHING_S]
+    size = size_of(alarms, cause.component, soon, onset, span)
+    shown = evidence(cause, alarms)
+    if size is not None:
+        shown = replace(shown, text=f"{shown.text}; {size_in_words(size)}")
     return Finding(
         rank=rank,
         flight=number,
         component=cause.component,
         faults=_named(cause.faults, cause.runs, alarms),
         kind=kind_of(cause, alarms),
-        onset=cause.runs[0].onset,
+        onset=onset,
         alarm=min(run.known for run in cause.runs),
-        end=None if over >= end else over,
+        end=None if over >= span[1] else over,
         confidence=max(0.0, min(1.0, cause.weight / cause.total)) if cause.total > 0 else 0.0,
         inseparable_from=cause.inseparable,
-        evidence=evidence(cause, alarms),
+        evidence=shown,
+        size=size,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.diagnosis.ranking import Cause, Run
-from fdi.diagnosis.values import Evidence, Finding, FindingKind
+from fdi.diagnosis.values import Evidence, Finding, FindingKind, Size
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
@@ -72,6 +73,50 @@ def sentence(run: Run, alarms: Alarms) -> str:
         f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
         f"{bound} is within health"
     )
+
+
+def size_in_words(size: Size) -> str:
+    """Return by how much a sensor is wrong, as a sentence with its uncertainty.
+
+    Examples
+    --------
+    >>> size_in_words(Size(("GPS.vel",), (), "bias", -3.14, 0.42, "m/s", 12.0))
+    'GPS.vel reads 3.1 +- 0.4 m/s too low from 12.0 s on'
+    >>> size_in_words(Size(("A.p", "B.p"), (), "drift", 50.0, 4.0, "Pa", 12.0))
+    'A.p and B.p read ever higher from 12.0 s on, by 0.50 +- 0.04 hPa a second'
+    """
+    label, scale, _ = customary(size.unit)
+    aside = ""
+    if size.shown is not None:
+        shown_label, shown_scale, _ = customary(size.shown_unit)
+        # a place on the ground is told in metres
+        if size.unit == "rad" and size.shown_unit == "m":
+            label, scale = shown_label, size.shown / abs(size.value)
+        else:
+            aside = f" ({size.shown * shown_scale:.2g} {shown_label})"
+    value, sigma = rounded(abs(size.value) * scale, size.sigma * scale)
+    amount = f"{value} +- {sigma} {label}{aside}"
+    names = " and ".join(size.channels)
+    verb = "reads" if len(size.channels) == 1 else "read"
+    more = "higher" if size.value > 0 else "lower"
+    than = f" than {' and '.join(size.against)}" if size.against else ""
+    when = f"from {size.since:.1f} s on"
+    if size.shape == "drift":
+        return f"{names} {verb} ever {more}{than} {when}, by {amount} a second"
+    side = f"{more}{than}" if size.against else f"too {'high' if size.value > 0 else 'low'}"
+    return f"{names} {verb} {amount} {side} {when}"
+
+
+def rounded(value: float, sigma: float) -> tuple[str, str]:
+    """Return a value and its uncertainty with the digits that the uncertainty leaves.
+
+    Examples
+    --------
+    >>> rounded(3.14159, 0.42), rounded(1234.5, 61.0), rounded(0.5, 0.0123)
+    (('3.1', '0.4'), ('1234', '61'), ('0.50', '0.01'))
+    """
+    digits = max(0, -math.floor(math.log10(sigma))) if sigma > 0 else 3
+    return f"{value:.{digits}f}", f"{sigma:.{digits}f}"
 
 
 def judged(

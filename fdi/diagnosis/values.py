@@ -30,6 +30,37 @@ class Evidence:
 
 
 @dataclass(frozen=True, slots=True)
+class Size:
+    """By how much channels of a sensor read too high (below zero: too low).
+
+    Attributes
+    ----------
+    channels : tuple of str
+        All are off alike.
+    against : tuple of str
+        Their twins, where nothing else tells which of the two is off.
+    shape : str
+        ``bias``, or ``drift``: then value and sigma are per second.
+    value, sigma : float
+        In ``unit``.
+    since : float
+        s; from when on.
+    shown, shown_unit : float, str
+        By how much that moves the residual that tells most, where its unit is another one.
+    """
+
+    channels: tuple[str, ...]
+    against: tuple[str, ...]
+    shape: Literal["bias", "drift"]
+    value: float
+    sigma: float
+    unit: str
+    since: float
+    shown: float | None = None
+    shown_unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Finding:
     """An accused component, in one episode of one flight; times are s of the log's clock.
 
@@ -43,6 +74,8 @@ class Finding:
         calibrated on labelled flights.
     inseparable_from : tuple of str
         Components that explain the same alarms as well.
+    size : Size or None
+        By how much a sensor is wrong, where the residuals are explained by it.
     """
 
     rank: int
@@ -56,6 +89,7 @@ class Finding:
     confidence: float
     inseparable_from: tuple[str, ...]
     evidence: Evidence
+    size: Size | None = None
 
 
 @dataclass(frozen=True, slots=True)

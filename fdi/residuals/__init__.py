@@ -11,6 +11,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
 - ``evaluate.py``: residual columns with their predicted spread
+- ``respond.py``: how residuals move when a fault is put into the data
 - ``cache.py``: a compiled bank on disk
 """
 

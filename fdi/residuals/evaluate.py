@@ -18,7 +18,7 @@ A node is dropped when the last node that needs it is done, so memory stays smal
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -69,6 +69,8 @@ class Residuals:
         NaN where the fault is no channel's or the channel's accuracy is not stated.
     signals : Signals
         Handed on with the log's events, flights and parameters.
+    recipe : Differentiation
+        How derivatives were taken.
     """
 
     bank: Bank
@@ -79,6 +81,7 @@ class Residuals:
     delay_s: Floats
     response: Floats
     signals: Signals
+    recipe: Differentiation
 
     @property
     def t(self) -> Floats:
@@ -97,17 +100,23 @@ class Residuals:
 
 
 @dataclass(slots=True)
-class _Value:
+class Value:
     """A node's column, its effects, and how many samples ahead it looks."""
 
     column: Floats
     effects: Effects
     ahead: int = 0
-    parts: tuple[_Value, ...] = ()
+    parts: tuple[Value, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class _Context:
+class Context:
+    """What every node is computed with.
+
+    ``spreads``: whether effects are carried along. ``added``: columns that are added to channels,
+    by measurement equation.
+    """
+
     bank: Bank
     signals: Signals
     recipe: Differentiation
@@ -115,30 +124,19 @@ class _Context:
     states: Mapping[str, Column]
     shown: Mapping[str, Floats]
     step: float
+    spreads: bool = True
+    added: Mapping[int, Floats] = field(default_factory=dict)
 
     @property
     def real_part(self) -> bool:
+        """Return whether imaginary roots count as their real part."""
         return self.recipe.imaginary == "real_part"
 
 
 def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Residuals:
     """Return the residuals; see :meth:`fdi.residuals.bank.Bank.evaluate`."""
     system = bank.system
-    state = signals.state
-    context = _Context(
-        bank,
-        signals,
-        recipe,
-        {name: np.float64(p.value) for name, p in system.parameters.items()},  # type: ignore[misc]
-        {
-            "armed": state.armed,
-            "airborne": state.airborne,
-            "mode": state.mode,
-            "phase": state.phase,
-        },
-        _shown(bank, signals),
-        1.0 / signals.rate_hz,
-    )
+    context = context_of(bank, signals, recipe)
     count, size = len(bank.generators), len(signals.t)
     rows: dict[int, list[int]] = {}
     for row, generator in enumerate(bank.generators):
@@ -147,9 +145,9 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
     ahead = np.zeros(count)
     response = np.full((count, len(system.faults)), np.nan)
     last_use = _last_uses(bank)
-    done: dict[int, _Value] = {}
+    done: dict[int, Value] = {}
     for number, node in enumerate(bank.nodes):
-        done[number] = _compute(node, done, context)
+        done[number] = compute_node(node, done, context)
         for row in rows.get(number, ()):
             value = done[number]
             values[row] = value.column
@@ -165,10 +163,29 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
     tolerance = np.array([system.equations[g.residual].tolerance for g in bank.generators])
     for array in (values, spread, allowance, tolerance, ahead, response):
         array.flags.writeable = False
-    return Residuals(bank, values, spread, allowance, tolerance, ahead, response, signals)
+    return Residuals(bank, values, spread, allowance, tolerance, ahead, response, signals, recipe)
 
 
-def _response(value: _Value, system: System) -> Floats:
+def context_of(bank: Bank, signals: Signals, recipe: Differentiation) -> Context:
+    """Return what the nodes of a bank are computed with."""
+    state = signals.state
+    return Context(
+        bank,
+        signals,
+        recipe,
+        {name: np.float64(p.value) for name, p in bank.system.parameters.items()},  # type: ignore[misc]
+        {
+            "armed": state.armed,
+            "airborne": state.airborne,
+            "mode": state.mode,
+            "phase": state.phase,
+        },
+        _shown(bank, signals),
+        1.0 / signals.rate_hz,
+    )
+
+
+def _response(value: Value, system: System) -> Floats:
     known = np.isfinite(value.column)
     total: dict[int, Floats] = {}
     for (kind, source, _), effect in value.effects.items():
@@ -202,7 +219,8 @@ def _sum(effects: Effects, kind: str, size: int) -> Floats:
     return total
 
 
-def _compute(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Value:
+    """Return a node's column, with what its inputs' noise does to it, from its arguments'."""
     match node.kind:
         case "channel":
             return _channel(node, context)
@@ -222,22 +240,27 @@ def _compute(node: Node, done: Mapping[int, _Value], context: _Context) -> _Valu
     return value
 
 
-def _channel(node: Node, context: _Context) -> _Value:
+def _channel(node: Node, context: Context) -> Value:
     measurement = context.bank.system.equations[node.equation].measurement
     assert measurement is not None
     column = context.signals.columns[measurement.channel]
     circular = context.bank.system.variables[measurement.variable].circular
     effects: Effects = {}
+    if node.equation in context.added:
+        column = column + context.added[node.equation]
+        column = wrap(column) if circular else column
+    if not context.spreads:
+        return Value(column, effects)
     if measurement.accuracy is not None:
         noise = _noise(column, measurement.channel, measurement.accuracy, circular, context)
         effects["noise", node.equation, 0] = noise
     if measurement.offset:
         effects["offset", node.equation, 0] = np.full(len(column), measurement.offset)
-    return _Value(column, effects)
+    return Value(column, effects)
 
 
 def _noise(
-    column: Floats, channel: Channel, accuracy: float, circular: bool, context: _Context
+    column: Floats, channel: Channel, accuracy: float, circular: bool, context: Context
 ) -> Floats:
     step = np.diff(column, prepend=column[:1])
     if circular:
@@ -250,7 +273,7 @@ def _noise(
     return np.hypot(accuracy, timing * rate)
 
 
-def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     system = context.bank.system
     equation = system.equations[node.equation]
     circular = (
@@ -281,16 +304,16 @@ def _function(node: Node, done: Mapping[int, _Value], context: _Context) -> _Val
         constant = equation.tolerance + equation.offset
     else:
         constant = 0.0
-    if constant:
+    if constant and context.spreads:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
     ahead = max((value.ahead for value in arguments.values()), default=0)
-    return _Value(column, effects, ahead)
+    return Value(column, effects, ahead)
 
 
 def _moved(
     compute: Callable[[Mapping[str, Column]], Floats],
     column: Floats,
-    arguments: Mapping[str, _Value],
+    arguments: Mapping[str, Value],
     circular: bool,
 ) -> Effects:
     """Return the effects of a function: its change when each input moves all its arguments."""
@@ -306,7 +329,7 @@ def _moved(
     return effects
 
 
-def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: _Context) -> Floats:
+def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: Context) -> Floats:
     """Return the roots that solve the equation: a square undone brings some that do not."""
     equation = context.bank.system.equations[node.equation]
     given = {*columns, node.variables[0]}
@@ -321,7 +344,7 @@ def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: 
     return kept
 
 
-def _choose(roots: Floats, node: Node, context: _Context) -> Floats:
+def _choose(roots: Floats, node: Node, context: Context) -> Floats:
     variable = context.bank.system.variables[node.variables[0]]
     low = -np.inf if variable.low is None else variable.low
     high = np.inf if variable.high is None else variable.high
@@ -330,7 +353,7 @@ def _choose(roots: Floats, node: Node, context: _Context) -> Floats:
     return track
 
 
-def _near(names: Sequence[str], context: _Context) -> Floats:
+def _near(names: Sequence[str], context: Context) -> Floats:
     """Return what channels show of variables, (m, n), to tell several solutions apart."""
     size = len(context.signals.t)
     unknown = np.full(size, np.nan)
@@ -346,7 +369,7 @@ def _shown(bank: Bank, signals: Signals) -> dict[str, Floats]:
     return shown
 
 
-def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     ((name, number),) = node.arguments
     value = done[number]
     circular = context.bank.system.variables[name].circular
@@ -360,8 +383,9 @@ def _derivative(node: Node, done: Mapping[int, _Value], context: _Context) -> _V
         for (kind, source, generation), effect in value.effects.items()
         if kind == "noise"
     }
-    effects["noise", -1 - node.equation, 0] = _curvature(column)
-    return _Value(column, effects, value.ahead + recipe.half_width(context.step))
+    if context.spreads:
+        effects["noise", -1 - node.equation, 0] = _curvature(column)
+    return Value(column, effects, value.ahead + recipe.half_width(context.step))
 
 
 def _curvature(slope: Floats) -> Floats:
@@ -375,7 +399,7 @@ def _curvature(slope: Floats) -> Floats:
     return bent
 
 
-def _changing(source: int, context: _Context) -> float:
+def _changing(source: int, context: Context) -> float:
     """Return the share of an input's noise that changes from sample to sample."""
     measurement = context.bank.system.equations[source].measurement if source >= 0 else None
     if measurement is None or not measurement.jitter or not measurement.accuracy:
@@ -383,7 +407,7 @@ def _changing(source: int, context: _Context) -> float:
     return measurement.jitter / measurement.accuracy
 
 
-def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     arguments = {name: done[i] for name, i in node.arguments}
     unknowns = [context.bank.system.variables[name] for name in node.variables]
 
@@ -403,11 +427,11 @@ def _loop(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
         for own, column, after in zip(effects, columns, solve(moved), strict=True):
             own[source] = np.nan_to_num(after - column)
     ahead = max((value.ahead for value in arguments.values()), default=0)
-    parts = tuple(_Value(c, e, ahead) for c, e in zip(columns, effects, strict=True))
-    return _Value(columns[0], {}, ahead, parts)
+    parts = tuple(Value(c, e, ahead) for c, e in zip(columns, effects, strict=True))
+    return Value(columns[0], {}, ahead, parts)
 
 
-def _part(node: Node, done: Mapping[int, _Value], context: _Context) -> _Value:
+def _part(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     ((_, number),) = node.arguments
     place = context.bank.nodes[number].variables.index(node.variables[0])
     return done[number].parts[place]

@@ -13,6 +13,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``decomposition.py``: over-, just- and underdetermined part, graph components
 - ``equivalence.py``: equations that leave the overdetermined part together
 - ``testsets.py``: MSO sets, MTES and a bound on their number
+- ``sample.py``: a fair sample of them, where they are too many
 - ``search.py``: what searches a graph component for them: Python or compiled code
 - ``dual.py``: the vectors in which removing an equation is a projection
 - ``flats.py``: the search over these vectors, in Python
@@ -41,6 +42,7 @@ from fdi.structure.incidence import Fault, Model, bitset, members, submodel
 from fdi.structure.isolability import detectable, isolability
 from fdi.structure.placement import place_sensors
 from fdi.structure.reference import load_reference
+from fdi.structure.sample import sample_sets
 from fdi.structure.selection import find_test, select_tests
 from fdi.structure.testsets import count_bound, mso_sets, mtes_sets
 
@@ -61,6 +63,7 @@ __all__ = [
     "mso_sets",
     "mtes_sets",
     "place_sensors",
+    "sample_sets",
     "select_tests",
     "submodel",
 ]

@@ -50,11 +50,31 @@ class Space:
 
 
 @dataclass(frozen=True, slots=True)
-class _Node:
+class Node:
+    """Is a node of the search: a space from which cells were removed.
+
+    Parameters
+    ----------
+    vectors : list of int
+        Basis of what is left.
+    alive, allowed, forbidden : int
+        Masks of cells: not zero; of the chosen ones those that may still be removed; those that
+        must stay.
+
+    References
+    ----------
+    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008, section V (the set R).
+
+    Examples
+    --------
+    >>> Node([1 + (1 << 128)], ones(2), ones(2), 0).alive == ones(2)
+    True
+    """
+
     vectors: list[int]
-    alive: int  # mask of the cells that are not zero
-    allowed: int  # mask of the chosen cells that may still be removed
-    forbidden: int  # mask of the cells that must stay
+    alive: int
+    allowed: int
+    forbidden: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +116,7 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
     """
     ones_mask = ones(len(space.sets))
     alive = nonzero(space.vectors[0], ones_mask)
-    root = _Node(list(space.vectors), alive, alive & space.chosen, 0)
+    root = Node(list(space.vectors), alive, alive & space.chosen, 0)
     branches = [iter((root,))]  # children are made when their turn comes, to save memory
     while branches:
         node = next(branches[-1], None)
@@ -105,10 +125,10 @@ def minimal_sets(space: Space) -> Iterator[list[int]]:
         elif len(node.vectors) > 3:
             branches.append(_children(node, ones_mask))
         else:
-            yield from _without_line(node, space.sets)
+            yield from sets_of_plane(node, space.sets)
 
 
-def _children(node: _Node, ones_mask: int) -> Iterator[_Node]:
+def _children(node: Node, ones_mask: int) -> Iterator[Node]:
     """Yield one node for each class that may be removed."""
     allowed, forbidden = node.allowed, node.forbidden
     needed = len(node.vectors) - 1
@@ -117,14 +137,37 @@ def _children(node: _Node, ones_mask: int) -> Iterator[_Node]:
         vectors = without(node.vectors, cell, ones_mask)
         alive = nonzero(vectors[0], ones_mask)
         if forbidden & alive == forbidden:
-            yield _Node(vectors, alive, allowed & alive, forbidden)
+            yield Node(vectors, alive, allowed & alive, forbidden)
         tried = allowed & ~alive
         allowed ^= tried
         forbidden |= tried
 
 
-def _without_line(node: _Node, sets: tuple[int, ...]) -> Iterator[list[int]]:
-    """Yield the minimal sets at redundancy 3: all but the points of one line."""
+def sets_of_plane(node: Node, sets: tuple[int, ...]) -> Iterator[list[int]]:
+    """Yield the minimal sets at redundancy 3: all but the points of one line.
+
+    Parameters
+    ----------
+    node : Node
+        With three vectors.
+    sets : tuple of int
+        Equations of each cell.
+
+    Yields
+    ------
+    list of int
+
+    References
+    ----------
+    As :func:`minimal_sets`.
+
+    Examples
+    --------
+    >>> from fdi.structure.dual import null_space
+    >>> node = Node(null_space(((0,),) * 4), ones(4), ones(4), 0)
+    >>> [s for sets in sets_of_plane(node, (1, 2, 4, 8)) for s in sets]
+    [12, 10, 6, 9, 5, 3]
+    """
     if node.allowed.bit_count() < 2:
         yield []  # gives the caller a chance to stop
         return
@@ -174,7 +217,7 @@ def _lines_through(
     return list(lines.values())
 
 
-def _points(node: _Node, sets: tuple[int, ...]) -> _Points:
+def _points(node: Node, sets: tuple[int, ...]) -> _Points:
     """Return the cells in coordinates in which the first vector is 1 everywhere."""
     m = len(sets)
     kind_of = _flags(node.forbidden << 1 | node.allowed, m)

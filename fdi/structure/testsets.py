@@ -13,6 +13,7 @@ that are overdetermined among themselves belong to every MTES of the model.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from math import comb
 
 from fdi.errors import UsageError
@@ -61,7 +62,7 @@ def mso_sets(
     >>> [bin(found) for found in mso_sets(model)]
     ['0b1100', '0b1011', '0b111']
     """
-    return _limited(_mso_batches(model, compiled), limit, "MSO sets")
+    return _limited(_batches(mso_groups(model), compiled), limit, "MSO sets")
 
 
 def mtes_sets(
@@ -108,13 +109,12 @@ def mtes_sets(
     >>> [bin(found) for found in mtes_sets(model)]
     ['0b110', '0b101']
     """
-    faulty = bitset(equation for fault in model.faults for equation in fault.equations)
     if not by_component:
-        groups: Iterable[Sequence[int]] = (range(len(model.equations)),)
+        groups = mtes_groups(model)
     else:
-        groups = (part.equations for part in graph_components(model))
-    batches = (batch for group in groups for batch in _mtes_batches(model, group, faulty, compiled))
-    return _limited(batches, limit, "MTES")
+        parts = graph_components(model)
+        groups = (group for part in parts for group in mtes_groups(model, part.equations))
+    return _limited(_batches(groups, compiled), limit, "MTES")
 
 
 def count_bound(model: Model) -> int:
@@ -158,22 +158,93 @@ def _limited(batches: Iterable[list[int]], limit: int | None, what: str) -> Iter
         count += len(batch)
         if count > limit:
             raise UsageError(
-                f"more than {limit} {what} ({count} found so far)", hint="raise the limit"
+                f"more than {limit} {what} ({count} found so far)",
+                hint="raise the limit, or draw some with sample_sets",
             )
         yield from batch
 
 
-def _mso_batches(model: Model, compiled: bool | None) -> Iterator[list[int]]:
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Is a connected part of the lumped graph, within which minimal sets lie.
+
+    Parameters
+    ----------
+    rows : sequence of sequences of int
+        Unknowns of each class.
+    sets : sequence of int
+        Equations of each class, as bit sets.
+    may_go : sequence of bool
+        Which classes may be chosen for removal.
+    always : int
+        Equations that belong to every set beside.
+
+    References
+    ----------
+    ``shared/structural/README.md``, section 6, ideas 3, 6 and 7.
+
+    Examples
+    --------
+    >>> next(mso_groups(Model.from_matrix([[1], [1], [1]]))).sets
+    [1, 2, 4]
+    """
+
+    rows: Sequence[Sequence[int]]
+    sets: Sequence[int]
+    may_go: Sequence[bool]
+    always: int = 0
+
+
+def mso_groups(model: Model) -> Iterator[Group]:
+    """Yield the groups of classes that each hold MSO sets.
+
+    Parameters
+    ----------
+    model : Model
+
+    Yields
+    ------
+    Group
+
+    References
+    ----------
+    As :class:`Group`.
+
+    Examples
+    --------
+    >>> len(list(mso_groups(Model.from_matrix([[1, 0], [1, 0], [0, 1], [0, 1]]))))
+    2
+    """
     sets, rows = _lumped(model, range(len(model.rows)))
     for group in connected(rows):
-        some = [sets[k] for k in group]
-        yield from search([rows[k] for k in group], some, [True] * len(group), compiled)
+        yield Group([rows[k] for k in group], [sets[k] for k in group], [True] * len(group))
 
 
-def _mtes_batches(
-    model: Model, equations: Sequence[int], faulty: int, compiled: bool | None
-) -> Iterator[list[int]]:
-    sets, rows = _lumped(model, equations)
+def mtes_groups(model: Model, equations: Sequence[int] | None = None) -> Iterator[Group]:
+    """Yield the groups of classes that each hold MTES.
+
+    Parameters
+    ----------
+    model : Model
+    equations : sequence of int, optional
+        Those of the model that count; by default all.
+
+    Yields
+    ------
+    Group
+
+    References
+    ----------
+    As :class:`Group`; Krysander, Åslund, Frisk, DX-10, 2010.
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1], [1], [1]], faults={"f": 0, "g": 1})
+    >>> next(mtes_groups(model)).may_go
+    [True, True, False]
+    """
+    faulty = bitset(equation for fault in model.faults for equation in fault.equations)
+    sets, rows = _lumped(model, range(len(model.rows)) if equations is None else equations)
     fault_free = [k for k, members in enumerate(sets) if not members & faulty]
     known = [fault_free[i] for i in overdetermined([rows[k] for k in fault_free])]
     always = sum(sets[k] for k in known)
@@ -184,8 +255,13 @@ def _mtes_batches(
     for group in connected(rows):
         some = [sets[k] for k in group]
         may_go = [bool(members & faulty) for members in some]
-        for batch in search([rows[k] for k in group], some, may_go, compiled):
-            yield [found | always for found in batch] if always else batch
+        yield Group([rows[k] for k in group], some, may_go, always)
+
+
+def _batches(groups: Iterable[Group], compiled: bool | None) -> Iterator[list[int]]:
+    for group in groups:
+        for batch in search(group.rows, group.sets, group.may_go, compiled):
+            yield [found | group.always for found in batch] if group.always else batch
 
 
 def _lumped(model: Model, equations: Sequence[int]) -> tuple[list[int], list[list[int]]]:

@@ -17,7 +17,7 @@ from fdi.telemetry.dialect import MessageDefinition, definition, definition_by_n
 _PART: Final = r"[\w/-]+(?:\[\d{1,5}\])?"  # the stroke and the hyphen are ULog's
 _FIELD: Final = rf"{_PART}(?:\.{_PART})*"  # ULog nests: esc[0].esc_rpm
 _INSTANCE: Final = r"(?:\[(-?\d{1,10})\])?"
-_NAMED: Final = re.compile(rf"(?!\d+/)(\w[\w/-]*(?:#\d+)?){_INSTANCE}\.({_FIELD})", re.A)
+_NAMED: Final = re.compile(rf"(?!\d+/)([\w/-]+(?:#\d+)?){_INSTANCE}\.({_FIELD})", re.A)
 _NUMBERED: Final = re.compile(rf"(\d{{1,8}}){_INSTANCE}/(\w+(?:\[\d{{1,5}}\])?)", re.A)
 _DATAFLASH_NAME: Final = 4  # characters at most
 _HINT: Final = "write MESSAGE.field, MESSAGE[1].field or number/field, e.g. VFR_HUD.airspeed"

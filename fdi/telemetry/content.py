@@ -10,8 +10,9 @@ file is mapped, so that the memory it needs can be taken back; before that it is
 with a bus error instead of a message.
 
 The trap for a maintainer: a *mapped* file that somebody cuts short ends the process (SIGBUS) as
-soon as a page beyond its new end is touched, and Python cannot catch that. Whoever wants to analyse
-such a large log while it is overwritten in place has to copy it first.
+soon as a page beyond its new end is touched, and Python cannot catch that; the command line says a
+line then (`fdi.cli.bus_error`). Whoever wants to analyse such a large log while it is overwritten
+in place has to copy it first.
 """
 
 from __future__ import annotations

@@ -41,7 +41,8 @@ _NUMPY: Final = {
 class FieldDefinition:
     """One field of a message: its place in the payload, type and unit.
 
-    ``count`` is 0 for a scalar; a text is one field of type ``S<n>``. ``unit`` is the dialect's.
+    ``count`` is 0 for a scalar; a text is one field of type ``S<n>``. ``unit`` is the dialect's;
+    ``is_code`` says that it names the values or bits.
     """
 
     name: str
@@ -49,6 +50,7 @@ class FieldDefinition:
     dtype: str
     count: int
     unit: str
+    is_code: bool = False
 
     @property
     def is_text(self) -> bool:
@@ -108,13 +110,15 @@ def definition(number: int) -> MessageDefinition | None:
     units = message.fieldunits_by_name
     types = dict(zip(message.fieldnames, message.fieldtypes, strict=True))
     counts = dict(zip(message.ordered_fieldnames, message.array_lengths, strict=True))
+    coded = {*message.fieldenums_by_name, *message.fielddisplays_by_name}
     placed: dict[str, FieldDefinition] = {}
     offset = 0
     for name in message.ordered_fieldnames:
         kind, count = _NUMPY[types[name]], counts[name]
         if kind == "S":
             kind, count = f"S{max(count, 1)}", 0
-        placed[name] = FieldDefinition(name, offset, kind, count, units.get(name, ""))
+        is_code = name in coded
+        placed[name] = FieldDefinition(name, offset, kind, count, units.get(name, ""), is_code)
         offset += np.dtype(kind).itemsize * max(count, 1)
     instance = getattr(message, "instance_field", None)
     return MessageDefinition(
@@ -129,6 +133,24 @@ def definition(number: int) -> MessageDefinition | None:
 @cache
 def _numbers() -> Mapping[str, int]:
     return MappingProxyType({c.msgname: number for number, c in _classes().items()})
+
+
+def is_discrete(message: str, field: str, unit: str) -> bool:
+    """Return whether there is nothing between two values of a field: codes, bits, counts, texts.
+
+    Parameters
+    ----------
+    message, field : str
+        As the dialect spells them; what it does not know is not discrete.
+    unit : str
+        The field's, as the dialect spells it or ought to; whole numbers without any are counts.
+    """
+    known = definition_by_name(message)
+    found = next((f for f in known.fields if f.name == field), None) if known else None
+    if found is None:
+        return False
+    is_count = np.dtype(found.dtype).kind in "iu" and not unit
+    return found.is_code or found.is_text or is_count
 
 
 def definition_by_name(name: str) -> MessageDefinition | None:

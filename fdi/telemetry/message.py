@@ -43,6 +43,9 @@ class Column:
         Records too short to hold the field (MAVLink 1 without its extensions).
     is_text : bool
         The values are `str`.
+    is_discrete : bool
+        There is nothing between two values: codes, bits, counts, texts. Between two records the
+        earlier one's holds.
     range : (float, float) or None
         The least and the largest raw value that is possible: others, and what is no number, are
         unknown.
@@ -55,6 +58,7 @@ class Column:
     absent: Callable[[], NDArray[np.bool_] | None] = lambda: None
     is_text: bool = False
     range: tuple[float, float] | None = None
+    is_discrete: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -3,9 +3,11 @@
 In: a `Log`, what a model asks of it (`Request`), how a policy samples (`Sampling`). Out: `Signals`.
 
 A quantity is computed at the times of its records, then interpolated linearly between two records
-that are both known and not further apart than a gap; angles on the circle. Everywhere else it is
-unknown (NaN): nothing is extrapolated and nothing is held. The published recipe
-(``clock="record"``, ``extrapolate=True``, ``unwrap=False``) is the one exception.
+that are both known and not further apart than a gap; angles on the circle. One that is made of
+codes, bits and counts alone keeps the earlier record's value there. Everywhere else it is unknown
+(NaN): nothing is extrapolated and nothing is held longer. The published recipe
+(``clock="record"``, ``extrapolate=True``, ``unwrap=False``, ``hold_discrete=False``) is the one
+exception.
 """
 
 from __future__ import annotations
@@ -89,6 +91,8 @@ class Sampling:
         Continue the line through the first or last two records (for the published recipe).
     unwrap : bool
         Interpolate circular quantities on the circle.
+    hold_discrete : bool
+        Between two records codes, bits and counts keep the earlier one's value.
     gap_factor, gap_min_s : float
         A gap is longer than max(gap_min_s, gap_factor * the channel's median period).
     """
@@ -99,6 +103,7 @@ class Sampling:
     equal_stamps: Literal["last", "mean"] = "last"
     extrapolate: bool = False
     unwrap: bool = True
+    hold_discrete: bool = True
     gap_factor: float = 3.0
     gap_min_s: float = 1.0
 
@@ -147,7 +152,8 @@ class _Records:
 
     t: Floats
     value: Floats
-    circular: bool
+    is_circular: bool
+    is_discrete: bool = False
 
     @property
     def period(self) -> float:
@@ -235,7 +241,8 @@ def _records(log: Log, request: Request, sampling: Sampling) -> _Records:
         if request.valid is not None:
             value[~_valid(log, request.valid, fields, t)] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
-    return _Records(t - request.latency, value, request.circular)
+    is_discrete = all(message.columns[name].is_discrete for name in names)
+    return _Records(t - request.latency, value, request.circular, is_discrete)
 
 
 def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np.generic]:
@@ -286,10 +293,11 @@ def _interpolate(records: _Records, t: Floats, sampling: Sampling) -> Floats:
     width = known_t[left + 1] - known_t[left]
     weight = (t - known_t[left]) / width
     rise = value[left + 1] - value[left]
-    turns = records.circular and sampling.unwrap
+    turns = records.is_circular and sampling.unwrap
     if turns:
         rise = (rise + np.pi) % (2 * np.pi) - np.pi
-    between = value[left] + weight * rise
+    steps = records.is_discrete and sampling.hold_discrete
+    between = value[left] + ((weight >= 1) if steps else weight) * rise
     if turns:
         between = _same_range(between, value)
     longest = max(sampling.gap_min_s, sampling.gap_factor * records.period)

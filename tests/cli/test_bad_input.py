@@ -1,6 +1,8 @@
 """Files that are no log, models that are none: one line, the right code, no traceback, no hang."""
 
 import os
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,6 +36,34 @@ def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo"):
         for command in ("analyze", "info"):
             is_told(run(command, path), 3)
+
+
+CUT = """
+import os, sys
+from fdi.cli import main
+from fdi.telemetry import content, reading
+content.COPIED = 1000  # larger ones are mapped
+whole = reading.content
+def cut(file, path):
+    data = whole(file, path)
+    os.truncate(path, 5000)
+    return data
+reading.content = cut
+sys.exit(main(["info", sys.argv[1]]))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a mapped file cannot be cut there")
+def test_a_mapped_log_that_is_cut_short_while_it_is_read_is_3(tmp_path: Path) -> None:
+    """The kernel ends the process at the first byte that is gone."""
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(LOG.read_bytes())
+    ended = subprocess.run(
+        [sys.executable, "-c", CUT, str(path)], capture_output=True, text=True, timeout=60
+    )
+    assert (ended.returncode, ended.stdout) == (3, "")
+    assert ended.stderr.startswith("fdi: a log was cut short")
+    assert ended.stderr.count("\n") == 1
 
 
 def test_what_is_no_file_cannot_be_converted(run: Run, tmp_path: Path) -> None:

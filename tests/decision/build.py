@@ -6,7 +6,7 @@ from fdi.decision import load_policy
 from fdi.model.expression import Number, Symbol
 from fdi.model.parts import Kind
 from fdi.model.system import System, SystemEquation
-from fdi.residuals import Bank, Generator, Residuals
+from fdi.residuals import Bank, Differentiation, Generator, Residuals
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.events import flight_state
 
@@ -46,6 +46,7 @@ def residuals(
         np.full(count, float(delay)),
         np.full((count, 0), np.nan),
         signals(size, flights=flights, rate=rate),
+        Differentiation(),
     )
 
 

@@ -95,6 +95,7 @@ def alarms_of(
         zero,
         response,
         signals,
+        POLICY.differentiation,
     )
     threshold = np.full(state.shape, THRESHOLD)
     made = Alarms(

@@ -1,6 +1,8 @@
 """Tests for a purpose and small banks, against all that enumeration finds."""
 
 import json
+from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from fdi.structure import (
     members,
     mso_sets,
     select_tests,
+    submodel,
 )
 from fdi.structure.computation import Rules, steps
 from fdi.structure.sequence import Order, orders
@@ -210,6 +213,18 @@ def test_published_model_needs_at_most_70_tests():
     assert 62 <= len(select_tests(model).tests) <= 70
 
 
+@needs_shared
+def test_published_model_handed_over_whole_takes_less_than_a_tenth_of_a_second():
+    model = load_reference(SHARED / "structural" / "models" / "mavlink_arduplane.json")
+
+    def cpu():
+        start = process_time()
+        select_tests(model)
+        return process_time() - start
+
+    assert min(cpu() for _ in range(5)) < 0.1
+
+
 CROSS_CHECKED = ("airspeed_vfr_hud", "aspd_error_nav_controller_output", "vcc_power_status")
 
 
@@ -232,6 +247,25 @@ def test_a_model_that_no_enumeration_ends_on_has_a_bank():
     selection = select_tests(model)
     assert (selection.isolable == isolability(model)).all()
     assert len(selection.tests) <= 15
+
+
+@pytest.mark.parametrize("band", [None, 40])
+def test_a_model_of_a_thousand_equations_has_a_bank_that_isolates_all(band, monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "benchmarks")
+    from random_models import random_model
+
+    model = random_model(1000, 30, 150, band=band)
+    start = process_time()
+    selection = select_tests(model)
+    assert process_time() - start < 5
+    found = np.zeros((150, 150), dtype=bool)
+    for row in selection.reacts:
+        found[np.ix_(row, ~row)] = True
+    assert (found == isolability(model)).all()
+    for test, row in zip(selection.tests, selection.reacts, strict=True):
+        assert [bool(test.equations >> f.equations[0] & 1) for f in model.faults] == row.tolist()
+        rest = submodel(model, members(test.equations))
+        assert next(mso_sets(rest)) == (1 << len(rest.rows)) - 1
 
 
 def test_same_model_gives_the_same_bank():

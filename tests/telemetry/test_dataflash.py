@@ -197,6 +197,34 @@ def test_headers_alone_cost_no_more_than_a_log(load):
     assert time.process_time() - spent < 1.0
 
 
+def test_definitions_without_end_cost_no_more_than_their_size(load):
+    """20,000 versions of one type: none is compared with all others."""
+    again = [fmt(20, "BARO", form, "TimeUS,I") for form in ("QH", "QB")]
+    spent = time.process_time()
+    log = load(small() + b"".join(again) * 10_000)
+    assert time.process_time() - spent < 3.0
+    assert len(log["BARO"]) == 50
+
+
+def test_two_types_of_one_name_are_on_one_clock(load):
+    """Their records stand between each other, also where the vehicle starts anew."""
+
+    def records(boot):
+        for i in range(200):
+            yield b"\xa3\x95" + bytes([50 + i % 2]) + struct.pack("<Qf", boot + i * 10_000, 1.0)
+
+    log = load(
+        small()
+        + fmt(50, "ATT", "Qf", "TimeUS,Roll")
+        + fmt(51, "ATT", "Qf", "TimeUS,Pitch")
+        + b"".join([*records(90_000_000), *records(5_000_000), *records(5_000_000)])
+    )
+    assert sum(record.kind == "reboot" for record in log.quality) == 2
+    times = np.sort(np.concatenate([log["ATT"].t, log["ATT#2"].t]))
+    assert times.size == 600
+    np.testing.assert_allclose(np.diff(times), 0.01, atol=0.01)
+
+
 def test_bytes_of_a_file_in_the_log_stay_as_they_are(load):
     """ArduPilot puts whole files into logs, 64 bytes a record: NULs are part of them."""
     piece = bytes(range(1, 60)) + b"\0\0\xff\0\0"

@@ -1,5 +1,6 @@
 """DataFlash logs in text form: the lines that people have, and what is wrong with them."""
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -212,6 +213,12 @@ def test_what_is_no_number_is_none(word):
 
 
 # The same log in both forms.
+
+
+def test_long_word_that_is_no_number_costs_no_more_than_its_length():
+    spent = time.process_time()
+    assert number(b"9" * 200_000 + b"x") == number(b"x")
+    assert time.process_time() - spent < 0.5
 
 
 @needs_shared

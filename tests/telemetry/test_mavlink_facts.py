@@ -136,6 +136,15 @@ def test_overloaded_processor_is_no_impossible_value(load):
     np.testing.assert_allclose(log["SYS_STATUS"].si("load"), 1.2)
 
 
+def test_codes_bits_and_counts_are_discrete_and_measurements_are_not(load):
+    log = load(Flight().bytes(until=5.0) + record(5.5, mav.MAVLink_gps_raw_int_message(*[0] * 10)))
+    discrete = ("HEARTBEAT.base_mode", "HEARTBEAT.custom_mode", "GPS_RAW_INT.fix_type")
+    steady = ("GPS_RAW_INT.eph", "GPS_RAW_INT.alt", "ATTITUDE.roll", "VFR_HUD.throttle")
+    for names, wanted in ((discrete, True), (steady, False)):
+        for message, _, field in (name.partition(".") for name in names):
+            assert log[message].columns[field].is_discrete is wanted, (message, field)
+
+
 def test_sentinels_are_no_impossible_values(load):
     """65535 lies beyond any course; it says that there is none."""
     gps = mav.MAVLink_gps_raw_int_message(0, 3, 0, 0, 0, 80, 120, 0, 65535, 12)

@@ -25,6 +25,7 @@ def test_published_recipe_gives_the_published_columns():
         clock="record",
         extrapolate=True,
         unwrap=False,
+        hold_discrete=False,
         gap_factor=float("inf"),
     )
     log = read(SHARED / "flights" / "paper" / "afrika.tlog")

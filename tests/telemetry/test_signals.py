@@ -19,11 +19,11 @@ from .build import Flight
 A = Channel("M", "a")
 
 
-def log_of(t, value, stamp=None):
+def log_of(t, value, stamp=None, *, is_discrete=False):
     """Return what `resample` needs of a log with one message M and its field a."""
     t, value = np.asarray(t, float), np.asarray(value, float)
     stamp = t if stamp is None else np.asarray(stamp, float)
-    column = Column(lambda: value.copy(), Conversion("rad"))
+    column = Column(lambda: value.copy(), Conversion("rad"), is_discrete=is_discrete)
     message = Message("M", None, t, stamp, np.arange(t.size), {"a": column})
     return SimpleNamespace(
         messages={"M": message},
@@ -63,6 +63,27 @@ def test_values_lie_between_known_neighbours_and_gaps_are_unknown(t, data):
             assert around.min() - 1e-9 <= found <= around.max() + 1e-9
         elif left < 0 or left >= t.size - 1 or not np.isfinite(around).all():
             assert np.isnan(found)
+
+
+@given(t=times, data=st.data())
+def test_discrete_quantities_take_no_value_that_was_not_recorded(t, data):
+    value = np.array(data.draw(st.lists(levels, min_size=t.size, max_size=t.size)))
+    window = (t[0] - 3, t[-1] + 3)
+    grid, got = values(log_of(t, value, is_discrete=True), window=window)
+    _, linear = values(log_of(t, value), window=window)
+    np.testing.assert_array_equal(np.isnan(got), np.isnan(linear))
+    known = np.isfinite(got)
+    before = np.searchsorted(t, grid[known] + 1e-8, side="right") - 1
+    np.testing.assert_array_equal(got[known], value[before])
+
+
+def test_a_word_of_bits_never_is_another_word():
+    """Half way between 32768 and 65536 lies a word with a bit that nobody set."""
+    log = log_of([0, 0.5, 1.0], [0x8000, 0x10000, 0x10000], is_discrete=True)
+    request = Request(A, ("a",), value=lambda f: f["a"] + 1, raw=True)
+    for wanted, added in ((Request(A, ("a",), raw=True), 0), (request, 1)):
+        _, got = values(log, request=wanted)
+        assert (got - added).tolist() == [0x8000] * 5 + [0x10000] * 6
 
 
 @given(start=st.floats(-np.pi, np.pi - 1e-6), turn=st.floats(-3.0, 3.0))

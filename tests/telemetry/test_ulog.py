@@ -1,5 +1,7 @@
 """ULogs: what a log means, and which unusual ones are right."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -275,3 +277,20 @@ def test_id_taken_over_by_an_undefined_topic_is_not_read_as_the_first_one(load):
     told = [q for q in log.quality if q.kind == "unknown_message"]
     assert sum(q.count for q in told) == 20
     assert all("nothing" in q.text for q in told)
+
+
+def test_topics_without_end_cost_no_more_than_their_size(load):
+    """5,000 topics of one record each: none is counted together with all others each time."""
+    many = range(1000, 6000)
+    spent = time.process_time()
+    log = load(
+        build.small()
+        + b"".join(
+            build.topic(f"t{i}:uint64_t timestamp;float x;")
+            + build.subscribe(i, f"t{i}")
+            + build.data(i, "Qf", 1_000_000 + i, 1.0)
+            for i in many
+        )
+    )
+    assert sum(log[f"t{i}"].raw("x")[0] for i in many) == len(many)
+    assert time.process_time() - spent < 2.5

@@ -183,8 +183,9 @@ def _versions(tables: Tables, main: Table) -> tuple[NDArray[np.integer], NDArray
     same = [table for table in tables if (table.layout.name, table.instance) == one]
     if len(same) == 1:
         return main.start, said(main)
-    same.sort(key=lambda table: int(table.start[0]))
-    return np.concatenate([x.start for x in same]), np.concatenate([said(x) for x in same])
+    place = np.concatenate([x.start for x in same])
+    order = np.argsort(place, kind="stable")  # two types may have one name
+    return place[order], np.concatenate([said(x) for x in same])[order]
 
 
 def _spikes(us: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -208,14 +209,16 @@ def _starts(
     places = [0]
     lowest, highest = [int(us[0])], []
     near = [([start[i : i + 2]], [us[i : i + 2]]) for i in rows]
+    here = np.array(rows, np.int64)
     for table in tables if rows else ():
         other = said(table)
-        for i, (at, time) in zip(rows, near, strict=True):
-            low, high = np.searchsorted(table.start, start[i : i + 2])
-            between = slice(int(low), int(high))
+        lows = np.searchsorted(table.start, start[here].astype(table.start.dtype))
+        highs = np.searchsorted(table.start, start[here + 1].astype(table.start.dtype))
+        for k in np.flatnonzero(highs > lows).tolist():
+            between = slice(int(lows[k]), int(highs[k]))
             is_known = other[between] >= 0
-            at.append(table.start[between][is_known])
-            time.append(other[between][is_known])
+            near[k][0].append(table.start[between][is_known])
+            near[k][1].append(other[between][is_known])
     for at, time in near:
         order = np.argsort(np.concatenate(at), kind="stable")
         merged_at, merged = np.concatenate(at)[order], np.concatenate(time)[order]

@@ -247,4 +247,4 @@ def _modes(
     distinct, which = source.codes(table, one)
     if all(text.isascii() and text.isdecimal() and len(text) < 4 for text in distinct):
         return one, np.array([int(text) for text in distinct], np.int16)[which]
-    return one._replace(character="N"), places
+    return one._replace(character="N", dtype="S16"), places

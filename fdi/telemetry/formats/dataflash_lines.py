@@ -34,8 +34,10 @@ _POWERS: Final = 10.0 ** np.arange(_WIDEST + 1)
 _COMMA, _POINT, _PLUS, _MINUS, _ZERO = b",.+-0"
 _LINE_FEED, _RETURN = b"\n\r"
 _INTEGER: Final = re.compile(rb"[+-]?[0-9]{1,20}")
+# unambiguous: of "[0-9]+[0-9]*" a word of n digits would be tried in n ways
 _DECIMAL: Final = re.compile(
-    rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]+)?|[+-]?(?:nan|inf|infinity)", re.IGNORECASE
+    rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:e[+-]?[0-9]+)?|[+-]?(?:nan|inf|infinity)",
+    re.IGNORECASE,
 )
 
 

@@ -25,7 +25,7 @@ from fdi.telemetry.formats.dataflash_events import (
     parameters,
     vehicle_of,
 )
-from fdi.telemetry.formats.dataflash_layouts import Bytes, Ints, Layout, Units
+from fdi.telemetry.formats.dataflash_layouts import Bytes, Field, Ints, Layout, Units
 from fdi.telemetry.formats.dataflash_tables import Table, Tables, columns
 from fdi.telemetry.formats.mavlink_events import firmware
 from fdi.telemetry.formats.mavlink_quality import gap_records
@@ -33,6 +33,7 @@ from fdi.telemetry.formats.meaning import as_mavlink
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import Kind, QualityRecord
+from fdi.units import Conversion
 
 _APART_S: Final = 1e-6
 
@@ -180,7 +181,10 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
         name = one.name if len(layouts) == 1 else f"{one.name}#{len(layouts)}"
         made_of = {
             field.name: Column(
-                partial(table.column, field), units.conversion(one, field), is_text=field.is_text
+                partial(table.column, field),
+                (conversion := units.conversion(one, field)),
+                is_text=field.is_text,
+                is_discrete=field.is_text or _is_count(field, conversion),
             )
             for field in one.fields
         }
@@ -193,6 +197,11 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
         message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
         made[message.key] = message
     return made
+
+
+def _is_count(field: Field, conversion: Conversion) -> bool:
+    """Return whether a field counts or names: the format says no more than that it has no unit."""
+    return np.dtype(field.dtype).kind in "iu" and conversion == Conversion("")
 
 
 def _ascending(t: Floats, *, is_list: bool) -> tuple[Floats, Ints]:

@@ -227,6 +227,7 @@ class _Known:
         for number, versions in self.versions.items():
             self.lengths[number] = versions[0].length
         self._length = self.lengths.tolist()
+        self.since = {n: [one.since for one in v] for n, v in self.versions.items()}
         self.again = {n: v for n, v in self.versions.items() if len(v) > 1}
         self.false_definitions = false_definitions
         self._false = frozenset(false_definitions.tolist())
@@ -236,8 +237,7 @@ class _Known:
         found: Ints = self.lengths[types]
         for number, versions in self.again.items():
             here = np.flatnonzero(types == number)
-            since = np.array([one.since for one in versions])
-            newest = np.searchsorted(since, at[here], side="right") - 1
+            newest = np.searchsorted(self.since[number], at[here], side="right") - 1
             found[here] = np.array([one.length for one in versions])[newest]
         if self._false:
             here = np.flatnonzero(types == FMT)
@@ -252,9 +252,7 @@ class _Known:
         if number == FMT and place in self._false:
             return 0
         if number in self.again:
-            versions = self.again[number]
-            since = bisect_right([one.since for one in versions], place) - 1
-            return versions[since].length
+            return self.again[number][bisect_right(self.since[number], place) - 1].length
         length: int = self._length[number]
         return length
 
@@ -321,13 +319,11 @@ class _Collection:
         if self.end < size:
             self.lost.append((self.end, size))
         of_type = self._by_type()
-        starts = []
-        for one in layouts:
-            whole = of_type[one.number]
-            since = [version.since for version in self.known.versions[one.number]]
-            i = since.index(one.since)
-            low, high = np.searchsorted(whole, [one.since, [*since, size][i + 1]])
-            starts.append(whole[low:high])
+        parts = {
+            number: iter(np.split(of_type[number], np.searchsorted(of_type[number], since[1:])))
+            for number, since in self.known.since.items()
+        }
+        starts = [next(parts[one.number]) for one in layouts]
         lost = np.array(self.lost, np.int64).reshape(-1, 2)
         in_order = tuple(self.windows) if self.known.size <= SMALL else ()
         return Records(tuple(layouts), tuple(starts), lost, is_cut, in_order)
@@ -396,18 +392,25 @@ def _compiled_walk(run: Callable[..., tuple[int, int]], known: _Known, found: _C
     """Find the records, run by run."""
     data = known.data
     # where the lengths change, or a header is none: a run ends there at the latest
-    changes = [one.since for versions in known.again.values() for one in versions[1:]]
-    limits = sorted({*changes, *known.false_definitions.tolist(), data.size})
+    changes = sorted(
+        (one.since, number, one.length)
+        for number, versions in known.again.items()
+        for one in versions[1:]
+    )
+    limits = sorted(
+        {since for since, *_ in changes} | {*known.false_definitions.tolist(), data.size}
+    )
     starts, types = np.empty(_ROWS, offset_type(data)), np.empty(_ROWS, np.uint8)
     lengths = known.lengths.astype(np.uint8)
-    place = filled = 0
+    place = filled = changed = 0
     while place < data.size:
         if not known.length_at(place):
             place = known.next_from(place)
             continue
-        for number, versions in known.again.items():
-            since = bisect_right([one.since for one in versions], place) - 1
-            lengths[number] = versions[since].length
+        while changed < len(changes) and changes[changed][0] <= place:
+            _, number, length = changes[changed]
+            lengths[number] = length
+            changed += 1
         limit = limits[bisect_right(limits, place)]
         first = place
         count, stop = run(data, place, limit, lengths, starts[filled:], types[filled:])

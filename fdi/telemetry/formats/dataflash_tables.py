@@ -29,6 +29,7 @@ _WHOLE: Final = "iu"  # kinds of dtype
 _KINDS: Final = {
     **dict.fromkeys(("Label", "UnitIds", "MultIds", "Name", "Columns"), "S"),
     "Mult": "f",
+    "Mode": "iuS",  # text logs have names
 }
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import mavlink_meaning
-from fdi.telemetry.dialect import FieldDefinition, MessageDefinition
+from fdi.telemetry.dialect import FieldDefinition, MessageDefinition, is_discrete
 from fdi.telemetry.formats.gather import gather
 from fdi.telemetry.formats.mavlink_frames import Frames, payload_offsets
 from fdi.telemetry.formats.repeated import kinds_of_rows
@@ -129,6 +129,7 @@ def columns(
             vehicle=vehicle,
             recorded=recorded,
         )
+        discrete = is_discrete(payloads.definition.name, wanted.name, meaning.unit)
         for index in range(wanted.count) if wanted.count else (None,):
             name = wanted.name if index is None else f"{wanted.name}[{index}]"
             made[name] = Column(
@@ -139,5 +140,6 @@ def columns(
                 partial(payloads.absent, wanted),
                 wanted.is_text,
                 meaning.range,
+                discrete,
             )
     return made

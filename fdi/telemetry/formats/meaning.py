@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.dialect import is_discrete
 from fdi.telemetry.formats.meaning_sources import (
     FUNCTIONS,
     Read,
@@ -51,6 +52,7 @@ Messages = Mapping[str, Message]
 class _Field:
     name: str
     conversion: Conversion  # from what MAVLink sends
+    is_discrete: bool
     sources: tuple[Source, ...]
 
 
@@ -130,7 +132,7 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
             first = next((f for f in found if f is not None), None)
             if first is not None:
                 load = partial(_sent, first, base, field.conversion)
-                columns[field.name] = Column(load, field.conversion)
+                columns[field.name] = Column(load, field.conversion, is_discrete=field.is_discrete)
         if columns:
             message = replace(_named(base, row.key), columns=columns, _cache={})
             made[row.key] = _with_silence(message, row.silence, known)
@@ -180,7 +182,7 @@ def _rows(table: str) -> tuple[_Row, ...]:
     rows = []
     for key, row in data_table(table)["messages"].items():
         fields = tuple(
-            _Field(name, si(unit), tuple(map(source, texts)))
+            _Field(name, si(unit), is_discrete(key, name, unit), tuple(map(source, texts)))
             for name, (unit, *texts) in expanded(row["fields"])
         )
         silence = _Silence(**row["silence"]) if "silence" in row else None
@@ -405,7 +407,9 @@ def _onto(
                 del latest[old]
     weight = place.weight
     before = values[place.right - 1]
-    rise = values[place.right] - before
+    with np.errstate(over="ignore"):
+        rise = values[place.right] - before
+    rise[np.isinf(rise)] = np.nan  # damaged values may be of any size
     if unit == "rad":
         rise = wrap(rise)
     elif not unit and np.array_equal(values, np.rint(values)):

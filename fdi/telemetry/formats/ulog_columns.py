@@ -51,6 +51,11 @@ class Store:
     data: Bytes
     topics: Sequence[Places]
     kept: dict[int, Columns] = field(default_factory=dict)
+    kept_size: int = 0  # bytes of them
+    total: int = field(init=False)  # bytes of all columns
+
+    def __post_init__(self) -> None:
+        self.total = sum(one.size for one in self.topics)
 
     def load(self, topic: int, wanted: Field) -> NDArray[Any]:
         """Return the raw values of a field of the topic with a number, (n,); texts as `str`."""
@@ -70,19 +75,18 @@ class Store:
         fill = compiled(fill_columns, self.data.size)
         if fill is None:
             self.kept[topic] = _by_record(self.data, self.topics[topic])
+            self.kept_size += self.topics[topic].size
         else:
             wanted = [topic]
-            made, total = (sum(one.size for one in some) for some in (self.done(), self.topics))
-            if made * _SEVERAL > total and total <= _KEPT_BYTES:
+            if self.kept_size * _SEVERAL > self.total and self.total <= _KEPT_BYTES:
                 wanted = [one for one in range(len(self.topics)) if one not in self.kept]
             columns = _filled(fill, self.data, [self.topics[one] for one in wanted])
             self.kept.update(zip(wanted, columns, strict=True))
-        while sum(one.size for one in self.done()) > _KEPT_BYTES:
-            del self.kept[next(iter(self.kept))]
-
-    def done(self) -> list[Places]:
-        """Return the topics whose columns are kept."""
-        return [self.topics[one] for one in self.kept]
+            self.kept_size += sum(self.topics[one].size for one in wanted)
+        while self.kept_size > _KEPT_BYTES:
+            oldest = next(iter(self.kept))
+            del self.kept[oldest]
+            self.kept_size -= self.topics[oldest].size
 
 
 def _by_record(data: Bytes, topic: Places) -> Columns:

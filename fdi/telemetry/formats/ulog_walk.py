@@ -160,6 +160,7 @@ class Walk:
     # topics without a layout: how many formats there were when it was looked for
     tried: dict[str, int] = field(default_factory=dict)
     layouts: dict[str, Layout] = field(default_factory=dict)
+    fields: int = 0  # of all layouts
     # of a message id: smallest and largest size of its data messages; the same as arrays, and
     # where the stamp stands in such a message
     sizes: dict[int, tuple[int, int]] = field(default_factory=dict)
@@ -367,7 +368,9 @@ class Walk:
         if layout is None:
             self.tried[asked.topic] = len(self.formats)
             return False
-        self.layouts[asked.topic] = layout
+        if asked.topic not in self.layouts:
+            self.fields += len(layout.fields)
+            self.layouts[asked.topic] = layout
         self.subscriptions.append((asked, layout))
         del self.waiting[number]
         place = 0 if layout.stamp is None else 5 + layout.stamp.offset
@@ -378,7 +381,7 @@ class Walk:
         """Return the layout of a topic, if the log has not too many fields already."""
         if extent(topic, self.formats) is None:
             return None
-        if sum(len(layout.fields) for layout in self.layouts.values()) > _MOST_FIELDS:
+        if self.fields > _MOST_FIELDS:
             return None
         return resolve(topic, self.formats)
 

@@ -212,11 +212,10 @@ def _at(message: Message, name: str, t: Floats) -> Floats:
         return np.full(t.size, np.nan)
     left = np.clip(np.searchsorted(own, t, side="right") - 1, 0, own.size - 2)
     inside = (t >= own[0]) & (t <= own[-1]) & (own[left + 1] - own[left] <= _longest(message))
-    unit = message.unit(name)
     made = value[left]
-    if unit or message.raw(name).dtype.kind == "f":
+    if not message.columns[name].is_discrete:
         rise = value[left + 1] - made
-        if unit == "rad" and np.nanmax(np.abs(value), initial=0.0) <= 2 * np.pi:
+        if message.unit(name) == "rad" and np.nanmax(np.abs(value), initial=0.0) <= 2 * np.pi:
             rise = (rise + np.pi) % (2 * np.pi) - np.pi  # the short way round
         made = made + (t - own[left]) / (own[left + 1] - own[left]) * rise
     at_last = t == own[-1]

@@ -438,6 +438,21 @@ def _one_pattern(random: Random) -> bytes:
     return (head + pattern * (LARGEST // len(pattern)))[: random.choice((5000, LARGEST))]
 
 
+def _scraps(random: Random) -> bytes:
+    """Return a long log put together from scraps of a short one, or with a bit in 300 wrong."""
+    head = b"".join(random.choice(heads()).chunks)
+    size = random.choice((20_000, LARGEST))
+    out = bytearray(head)
+    if random.random() < 0.3:
+        out = bytearray(head * (size // len(head) + 1))
+        for at in range(random.randrange(len(head)), size, 37):
+            out[at] ^= 1 << random.randrange(8)
+    while len(out) < size:
+        at = random.randrange(len(head))
+        out += head[at : at + random.choice((5, 20, 200, 1000))]
+    return bytes(out[:size])
+
+
 def _many_kinds(random: Random) -> bytes:
     """Return as many senders and message numbers as there are, one frame each."""
     frames = [r for head in heads() if head.kind == "tlog" for r in head.chunks]
@@ -494,6 +509,7 @@ _WHOLE: Final = (
     _noise,
     _noise_of_magics,
     _one_pattern,
+    _scraps,
     _many_kinds,
     _many_definitions,
     _lost_in_telemetry,

@@ -80,9 +80,9 @@ def test_a_field_that_the_better_one_lacks_is_interpolated_and_never_extrapolate
 
 @given(st.lists(st.integers(0, 3), min_size=60, max_size=60))
 def test_a_state_is_never_between_two_states(states: list[int]) -> None:
-    """A whole number without a unit is that of the record before."""
+    """It is that of the record before."""
     slow, fast = np.arange(0, 60.0), np.arange(0, 59, 0.1)
-    column = Column(lambda: np.array(states, np.uint8), Conversion(""))
+    column = Column(lambda: np.array(states, np.uint8), Conversion(""), is_discrete=True)
     other = Message("M", None, slow, slow, np.arange(slow.size), {"state": column})
     message, _ = united([(0, made(fast, {"x": ramp(fast)})), (1, other)], FLIGHT)
     expected = np.array(states, float)[np.floor(fast + 1e-9).astype(int)]

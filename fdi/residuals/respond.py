@@ -1,0 +1,117 @@
+"""How do the residuals move if a fault of a given size and shape is put into the data?
+
+In: residuals, a stretch of time, and a fault as columns that are added to channels. Out: the change
+of every residual over that stretch, with its sign: the fault's signature as a vector over the bank,
+sample by sample. The graph of the bank is walked again with the changed columns, so that
+derivatives, loops, conditions and roots answer as they did for the data themselves: a lasting bias
+is a transient in a derivative, a drift lasts there. Only nodes that the fault reaches are computed
+anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fdi.model.evaluate import Floats, wrap
+from fdi.residuals.bank import Bank
+from fdi.residuals.evaluate import Context, Residuals, Value, compute_node, context_of
+from fdi.telemetry import Signals
+
+Fault = Mapping[int, Floats]
+"""Measurement equation to the column, (n,), by which its channel reads too high."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """A piece of a flight with every node of the bank computed as the data are."""
+
+    bank: Bank
+    context: Context
+    nodes: tuple[Value, ...]
+
+    @property
+    def t(self) -> Floats:
+        """Return the grid of the piece, (n,) s of the log's clock."""
+        return self.context.signals.t
+
+
+def stretch(residuals: Residuals, span: slice) -> Stretch:
+    """Return a piece of a flight to put faults into.
+
+    Parameters
+    ----------
+    residuals : Residuals
+    span : slice
+        Of the grid. A derivative is unknown for half its window at both ends.
+    """
+    context = context_of(residuals.bank, _cut(residuals.signals, span), residuals.recipe)
+    context = replace(context, spreads=False)
+    done: dict[int, Value] = {}
+    for number, node in enumerate(residuals.bank.nodes):
+        done[number] = compute_node(node, done, context)
+    return Stretch(residuals.bank, context, tuple(done.values()))
+
+
+def respond(piece: Stretch, fault: Fault) -> Floats:
+    """Return by how much a fault in the data moves every residual.
+
+    Parameters
+    ----------
+    piece : Stretch
+    fault : mapping of int to (n,) float
+        By measurement equation, in the unit of its variable; what is added to the data.
+
+    Returns
+    -------
+    (r, n) float
+        In each residual's unit; zero where the fault does not reach, NaN where it does and the
+        residual is unknown with or without it.
+    """
+    bank = piece.bank
+    context = replace(piece.context, added=fault, shown=_shown(piece, fault))
+    done = dict(enumerate(piece.nodes))
+    reached: set[int] = set()
+    for number, node in enumerate(bank.nodes):
+        arguments = {argument for _, argument in (*node.arguments, *node.gate_arguments)}
+        if node.equation in fault or arguments & reached:
+            reached.add(number)
+            done[number] = compute_node(node, done, context)
+    change = np.zeros((len(bank.generators), len(piece.t)))
+    for row, generator in enumerate(bank.generators):
+        if generator.node in reached:
+            moved = done[generator.node].column - piece.nodes[generator.node].column
+            circular = bank.system.equations[generator.residual].circular
+            change[row] = wrap(moved) if circular else moved
+    return change
+
+
+def _shown(piece: Stretch, fault: Fault) -> Mapping[str, Floats]:
+    """Return what channels show of variables with the fault: it tells several roots apart."""
+    shown = dict(piece.context.shown)
+    for number, added in fault.items():
+        measurement = piece.bank.system.equations[number].measurement
+        assert measurement is not None
+        column = piece.context.signals.columns[measurement.channel]
+        if shown[measurement.variable] is column:
+            shown[measurement.variable] = column + added
+    return shown
+
+
+def _cut(signals: Signals, span: slice) -> Signals:
+    state = signals.state
+    return replace(
+        signals,
+        t=signals.t[span],
+        columns={channel: column[span] for channel, column in signals.columns.items()},
+        state=replace(
+            state,
+            t=state.t[span],
+            armed=state.armed[span],
+            airborne=state.airborne[span],
+            mode=state.mode[span],
+            phase=state.phase[span],
+        ),
+    )

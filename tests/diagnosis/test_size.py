@@ -1,0 +1,172 @@
+"""By how much a sensor is wrong: known sizes in noise of known kind."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fdi.decision import load_policy
+from fdi.diagnosis import Size, diagnose
+from fdi.diagnosis.explain import size_in_words
+from fdi.diagnosis.size import size_of
+from fdi.telemetry import Channel, Flight, Signals
+from fdi.telemetry.events import flight_state
+
+from .build import bank_of
+
+RATE, SECONDS, ONSET = 4.0, 100, 60.0
+POLICY = load_policy("default")
+FLIGHTS = (Flight(0, SECONDS),)
+T = np.arange(round(SECONDS * RATE)) / RATE
+MODEL = """
+format: 1
+name: small
+components:
+  gps: {group: sensor, affects: [estimator]}
+  baro: {group: sensor, affects: [estimator]}
+  radar: {group: sensor}
+  estimator: {computed: true}
+variables:
+  x: {unit: m}
+measurements:
+"""
+
+
+def bank_with(**channels):
+    """A bank where each component shows x by the channels given."""
+    lines = [MODEL]
+    for component, names in channels.items():
+        for name in names:
+            lines.append(f"  {name}:\n    component: {component}\n    group: sensor\n    fields:\n")
+            lines.append("      x: {variable: x, accuracy: 1 m}\n")
+    return bank_of("".join(lines))
+
+
+THREE = bank_with(gps=["GPS"], baro=["BARO"], radar=["RADAR"])
+TWINS = bank_with(gps=["GPS"], baro=["BARO", "BARO2"], radar=["RADAR"])
+PAIR = bank_with(baro=["BARO", "BARO2"])
+
+
+def alarms_of(bank, faults, seed=1, memory=0.0, scale=1.0):
+    """Alarms of channels that show 100 m with noise that remembers, and faults that are added."""
+    rng = np.random.default_rng(seed)
+    columns = {}
+    for request in bank.system.channels:
+        noise = rng.normal(size=len(T))
+        for k in range(1, len(T)):
+            noise[k] = memory * noise[k - 1] + np.sqrt(1 - memory**2) * noise[k]
+        added = faults.get(str(request.channel), 0.0)
+        columns[Channel.parse(str(request.channel))] = 100.0 + scale * noise + added
+    state, period = flight_state(T, (), FLIGHTS), dict.fromkeys(columns, 0.0)
+    signals = Signals(T, columns, period, state, RATE, (), FLIGHTS, {}, "by hand")
+    return POLICY.decide(bank.evaluate(signals, POLICY.differentiation))
+
+
+def sized(alarms, component="gps", onset=ONSET):
+    rows = range(len(alarms.alarm))
+    return size_of(alarms, component, rows, onset, (0.0, float(SECONDS)))
+
+
+STEP = np.where(T >= ONSET, 1.0, 0.0)
+RAMP = np.maximum(T - ONSET, 0.0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(6, 60), st.booleans(), st.integers(0, 10**6))
+def test_size_of_a_bias_is_found_with_its_sign(size, is_low, seed):
+    size = -size if is_low else size
+    found = sized(alarms_of(THREE, {"GPS.x": size * STEP}, seed))
+    assert found is not None
+    assert found.channels == ("GPS.x",)
+    assert found.shape == "bias"
+    assert abs(found.value - size) < 4 * found.sigma < abs(size)
+    assert found.unit == "m"
+    assert abs(found.since - ONSET) <= 1.0
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_uncertainty_covers_the_truth_as_often_as_it_says(memory):
+    """Two sigmas hold 95 %; of 40 flights at most six may miss (one in 2000 does so by chance)."""
+    errors = []
+    for seed in range(40):
+        found = sized(alarms_of(THREE, {"GPS.x": 10.0 * STEP}, seed, memory))
+        assert found is not None
+        errors.append(abs(found.value - 10.0) / found.sigma)
+    assert np.sum(np.array(errors) > 2.0) <= 6
+
+
+def test_noise_that_remembers_makes_a_size_less_certain():
+    alone, remembered = (
+        np.median([sized(alarms_of(THREE, {"GPS.x": 10 * STEP}, s, m)).sigma for s in range(8)])
+        for m in (0.0, 0.9)
+    )
+    assert remembered > 1.3 * alone
+
+
+def test_drift_is_told_per_second():
+    found = sized(alarms_of(THREE, {"GPS.x": -0.8 * RAMP}))
+    assert found.shape == "drift"
+    assert found.value == pytest.approx(-0.8, abs=3 * found.sigma)
+    assert found.sigma < 0.2
+
+
+def test_noise_alone_has_no_size():
+    assert all(sized(alarms_of(THREE, {}, seed)) is None for seed in range(10))
+
+
+def test_what_is_not_one_size_has_none():
+    """Twice as large after three seconds, and back, and again: neither a bias nor a drift."""
+    wild = 12.0 * STEP * np.sign(np.sin(2 * np.pi * (T - ONSET) / 3.0))
+    assert sized(alarms_of(THREE, {"GPS.x": wild})) is None
+
+
+def test_wrong_component_has_no_size():
+    """What the others agree on cannot be the fault of one of them."""
+    alarms = alarms_of(THREE, {"GPS.x": 10.0 * STEP})
+    assert sized(alarms, "baro") is None
+    assert sized(alarms, "gps") is not None
+
+
+def test_sensors_that_are_off_alike_are_told_together():
+    both = {"BARO.x": 9.0 * STEP, "BARO2.x": 9.0 * STEP}
+    found = sized(alarms_of(TWINS, both), "baro")
+    assert set(found.channels) == {"BARO.x", "BARO2.x"}
+    assert found.against == ()
+    assert found.value == pytest.approx(9.0, abs=3 * found.sigma)
+
+
+def test_one_of_two_that_nothing_else_watches_is_told_against_the_other():
+    found = sized(alarms_of(PAIR, {"BARO.x": 9.0 * STEP}), "baro")
+    assert {found.channels[0], found.against[0]} == {"BARO.x", "BARO2.x"}
+    assert abs(found.value) == pytest.approx(9.0, abs=3 * found.sigma)
+    assert (found.value > 0) == (found.channels == ("BARO.x",))
+
+
+def test_gap_after_the_onset_leaves_the_size():
+    fault = 10.0 * STEP + np.where((T > 63) & (T < 66), np.nan, 0.0)
+    found = sized(alarms_of(THREE, {"GPS.x": fault}))
+    assert found.value == pytest.approx(10.0, abs=3 * found.sigma)
+
+
+def test_too_little_before_the_onset_gives_no_size():
+    early = np.where(T >= 12.0, 10.0, 0.0)
+    assert sized(alarms_of(THREE, {"GPS.x": early}), onset=12.0) is None
+
+
+def test_finding_carries_the_size_and_says_it():
+    (finding, *_) = diagnose(alarms_of(THREE, {"GPS.x": -20.0 * STEP}), THREE).findings
+    assert finding.component == "gps"
+    assert finding.size.value < 0
+    assert finding.evidence.text.endswith(size_in_words(finding.size))
+    assert "GPS.x reads" in finding.evidence.text
+    assert "too low" in finding.evidence.text
+
+
+def test_place_is_told_in_metres_and_a_pressure_with_what_it_shows():
+    place = Size(("GPS.lat",), (), "bias", -1e-6, 1e-7, "rad", 10.0, 6.4, "m")
+    assert size_in_words(place) == "GPS.lat reads 6.4 +- 0.6 m too low from 10.0 s on"
+    pressure = Size(("A.p",), ("B.p",), "bias", 95.0, 5.0, "Pa", 10.0, 8.2, "m")
+    assert (
+        size_in_words(pressure)
+        == "A.p reads 0.95 +- 0.05 hPa (8.2 m) higher than B.p from 10.0 s on"
+    )
