@@ -210,7 +210,9 @@ def main() -> int:
     if given.write:
         from evaluation import put
 
-        put(f"`benchmarks/budget.py` printed:\n\n{table(results)}", "budget")
+        put(
+            f"`benchmarks/budget.py --hours {given.hours:g}` printed:\n\n{table(results)}", "budget"
+        )
     return 0
 
 

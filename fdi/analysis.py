@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fdi import __version__
-from fdi.decision import load_policy
+from fdi.decision import Policy, load_policy
 from fdi.diagnosis import decide_within_budget, diagnose
 from fdi.errors import ModelError, UsageError
 from fdi.model import load_airframe
@@ -95,6 +95,7 @@ def analyze(
                 where=airframe.name,
                 hint="; ".join(observed.warnings[:3]) or "choose another model with --model",
             )
+    _check_vehicle(recipe, airframe.name)
     _check_window(window, log)
     with watch.stage("sample", 0.5):
         signals = log.signals(observed.channels, recipe.sampling)
@@ -133,6 +134,15 @@ def _choice(log: Log) -> tuple[str, ...]:
         return ()
     taken = f"system {log.system_id} ({log.vehicle}) was taken, which sent most"
     return (f"there are other vehicles in the log, system {', '.join(others)}: {taken}",)
+
+
+def _check_vehicle(recipe: Policy, model: str) -> None:
+    """Refuse a policy that was learned for another model."""
+    learned = recipe.calibration
+    if learned is not None and learned.model != model:
+        raise ModelError(
+            f"was learned for the model {learned.model}, not for {model}", where=recipe.name
+        )
 
 
 def _check_window(window: tuple[float, float] | None, log: Log) -> None:

@@ -24,6 +24,7 @@ from fdi import __version__
 from fdi.cli.analyze import analyze
 from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
+from fdi.cli.calibrate import calibrate
 from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
 from fdi.cli.info import info
@@ -53,7 +54,7 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, convert, structure, evaluate, batch, inject):
+for _command in (analyze, info, convert, structure, evaluate, batch, calibrate, inject):
     fdi.add_command(_command)
 
 

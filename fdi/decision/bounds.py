@@ -22,10 +22,11 @@ from fdi.decision.noise import (
     spread_factors,
     trailing_mean,
 )
-from fdi.decision.recipes import PredictedSpread
+from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
-from fdi.residuals import Residuals
+from fdi.model.system import System
+from fdi.residuals import Generator, Residuals
 
 CLIP: Final = 5.0
 """Standard deviations; more in one sample counts as much in a mean."""
@@ -109,9 +110,13 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     circular = np.array([equation.circular for equation in equations], bool)
     # A residual is right minus left: below zero where the left side is above.
     side = np.array([{"above": -1, "below": 1}.get(e.side, 0) for e in equations], np.int8)
-    tolerance = residuals.tolerance[:, None]
+    known = [recipe.learned.get(key, Learned()) for key in keys(residuals)]
+    stray = np.array([one.stray for one in known])
+    tolerance = np.maximum(residuals.tolerance, stray)[:, None]
     reference = reference_mask(signals, recipe.reference_s)
-    centre = np.where(limit, 0.0, centres(residuals.values, residuals.allowance, reference))
+    centre = centres(residuals.values, residuals.allowance, reference)
+    centre = np.clip(centre, *np.array([one.centre for one in known]).reshape(-1, 2).T)
+    centre = np.where(limit, 0.0, centre)
     off, size = strayed(residuals.values, centre, circular, side)
     deviation = np.maximum(size - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
@@ -124,23 +129,35 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)
     ratio[limit] = np.nan
+    scale = np.array([one.scale for one in known])[:, None]
     count = max(2, round(recipe.mean_s * signals.rate_hz))
     mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
     mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
-    mean_bound = _mean_bounds(mean, count, recipe)[:, None] * mean_spread
+    mean_bound = scale * _mean_bounds(mean, count, recipe)[:, None] * mean_spread
     return Bounds(
         centre,
         circular,
         side,
         stated,
         tolerance,
-        recipe.sigmas * factor[:, None] * spread,
+        scale * recipe.sigmas * factor[:, None] * spread,
         spread,
         settled,
         np.asarray(unfit, bool),
         mean_spread,
         mean_bound,
     )
+
+
+def keys(residuals: Residuals) -> list[str]:
+    """Return a name of every test that is the same in every log in which the test exists."""
+    bank = residuals.bank
+    return [key_of(bank.system, generator) for generator in bank.generators]
+
+
+def key_of(system: System, generator: Generator) -> str:
+    """Return the name of a test by the equation left over and its faults."""
+    return f"{system.equations[generator.residual].name}: {', '.join(sorted(generator.faults))}"
 
 
 def strayed(

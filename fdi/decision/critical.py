@@ -58,7 +58,7 @@ def critical_scales(
         count = max(2, round(share * least))
         if size.shape[1] < count:
             continue
-        lasting = _least_of(_scale(size / over, tolerance, noise), count)
+        lasting = least_of(_scale(size / over, tolerance, noise), count)
         sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
     result[:, known] = sudden
     if np.isfinite(bounds.mean_bound[row]).any():
@@ -80,7 +80,7 @@ def _scale(size: Floats, tolerance: Floats, noise: Floats) -> Floats:
     return scale
 
 
-def _least_of(values: Floats, count: int) -> Floats:
+def least_of(values: Floats, count: int) -> Floats:
     """Return the least of every ``count`` successive columns, (k, n - count + 1)."""
     width, least = 1, values
     while 2 * width <= count:

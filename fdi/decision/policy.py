@@ -8,19 +8,31 @@ marking).
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, Literal
 
 from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS
-from fdi.decision.recipes import PredictedSpread, Rank
+from fdi.decision.recipes import Learned, PredictedSpread, Rank
 from fdi.errors import ModelError, UsageError
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.telemetry import Sampling
 
 FOLDER = Path(__file__).parent / "policies"
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """From which flights, by names, of which model and kind of vehicle tests were learned."""
+
+    model: str
+    vehicle: str
+    flights: tuple[str, ...]
+    hours: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +49,8 @@ class Policy:
         When a fault is marked in the grid.
     accuse : bool
         Whether components are accused at all.
+    calibration : Calibration, optional
+        From what its tests were learned.
     """
 
     name: str
@@ -48,6 +62,7 @@ class Policy:
     decision: PredictedSpread | Rank
     marking: Marking
     accuse: bool
+    calibration: Calibration | None = None
 
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
@@ -126,6 +141,14 @@ def load_policy(name: str | Path) -> Policy:
 
 def _policy(spec: Any, digest: str) -> Policy:
     decision: dict[str, Any] = spec.decision.model_dump()
+    given = spec.calibration
+    if given is not None:
+        if decision["method"] != "predicted_spread":
+            raise ModelError("only predicted_spread takes a calibration", where=spec.name)
+        decision["learned"] = {
+            key: Learned(one.scale, one.stray, one.centre or (-inf, inf))
+            for key, one in given.tests.items()
+        }
     return Policy(
         name=spec.name,
         sha256=digest,
@@ -136,4 +159,51 @@ def _policy(spec: Any, digest: str) -> Policy:
         decision=DETECTORS[decision.pop("method")].recipe(**decision),
         marking=spec.marking,
         accuse=spec.accuse,
+        calibration=given
+        and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
     )
+
+
+def _told(learned: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what differs from what an unknown test has."""
+    told = {"scale": learned["scale"]} if learned["scale"] != 1.0 else {}
+    if learned["stray"]:
+        told["stray"] = learned["stray"]
+    if isfinite(learned["centre"][0]):
+        told["centre"] = list(learned["centre"])
+    return told
+
+
+def policy_text(policy: Policy) -> str:
+    """Return a policy as the text of a file that `load_policy` reads."""
+    from io import StringIO
+
+    from ruamel.yaml import YAML
+
+    sampling, decision = asdict(policy.sampling), asdict(policy.decision)
+    sampling.pop("window")
+    learned = decision.pop("learned", {})
+    tree: dict[str, Any] = {
+        "format": 1,
+        "name": policy.name,
+        "description": policy.description,
+        "tests": policy.tests,
+        "sampling": sampling,
+        "differentiation": asdict(policy.differentiation),
+        "decision": {"method": decision.pop("method"), **decision},
+        "marking": policy.marking,
+        "accuse": policy.accuse,
+    }
+    if policy.calibration is not None:
+        tree["calibration"] = {
+            **asdict(policy.calibration),
+            "flights": list(policy.calibration.flights),
+            "tests": {key: told for key, one in learned.items() if (told := _told(one))},
+        }
+    out = StringIO()
+    writer = YAML(typ="safe", pure=True)
+    writer.default_flow_style = None
+    writer.sort_base_mapping_type_on_output = False
+    writer.width = 1000
+    writer.dump(tree, out)
+    return out.getvalue()

@@ -2,8 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import inf
 from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What healthy flights of a vehicle say about a test.
+
+    ``scale`` times its threshold of noise; ``stray``: how far it may stray at least, in its unit,
+    beyond what the model states; ``centre``: between which constants its own lies.
+    """
+
+    scale: float = 1.0
+    stray: float = 0.0
+    centre: tuple[float, float] = (-inf, inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +39,7 @@ class PredictedSpread:
     budget_per_hour: float | None = None
     least_scale: float = 1.0
     most_scale: float = 3.0
+    learned: Mapping[str, Learned] = field(default_factory=dict, hash=False)
     method: Literal["predicted_spread"] = "predicted_spread"
 
 

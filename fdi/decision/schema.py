@@ -60,6 +60,24 @@ class RankEntry(_Entry):
     negligible: float = Field(default=2.2e-16, ge=0)
 
 
+class LearnedEntry(_Entry):
+    """What healthy flights say about a test; ``centre`` null where they say nothing."""
+
+    scale: float = Field(default=1.0, gt=0, le=100)
+    stray: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    centre: tuple[float, float] | None = None
+
+
+class CalibrationEntry(_Entry):
+    """For which vehicle the tests were learned, and from what."""
+
+    model: str
+    vehicle: str
+    flights: list[str]
+    hours: float = Field(gt=0)
+    tests: dict[str, LearnedEntry]
+
+
 class PolicyFile(_Entry):
     """A whole file."""
 
@@ -72,3 +90,4 @@ class PolicyFile(_Entry):
     decision: Annotated[PredictedSpreadEntry | RankEntry, Field(discriminator="method")]
     marking: Literal["majority", "all_residuals"]
     accuse: bool = True
+    calibration: CalibrationEntry | None = None

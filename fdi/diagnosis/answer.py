@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi import structure
 from fdi.decision import Alarms
@@ -37,6 +38,7 @@ from fdi.diagnosis.values import (
     NotTestable,
     RuledOut,
 )
+from fdi.model.parts import Kind
 from fdi.residuals import Bank
 from fdi.telemetry import Flight, Signals
 
@@ -111,6 +113,34 @@ def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...
         for rank, (number, span, cause) in enumerate(causes, 1)
     )
     return findings, _consequences(effects, findings)
+
+
+def when_in_air(signals: Signals) -> NDArray[np.bool_]:
+    """Return the samples, (n,) bool, at which alarms may accuse."""
+    air = np.zeros(len(signals.t), bool)
+    for start, end in time_in_air(signals):
+        air |= (signals.t >= start) & (signals.t < end)
+    return air
+
+
+def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:
+    """Return component, onset, s, and greatest strength of every finding by tests of noise.
+
+    How far a limit is violated says nothing about noise: limits and equalities are left out.
+    """
+    bank = alarms.residuals.bank
+    kinds = [bank.system.equations[generator.residual].kind for generator in bank.generators]
+    return [
+        (
+            cause.component,
+            cause.runs[0].onset,
+            max(
+                (r.peak for r in cause.runs if kinds[r.row] not in (Kind.LIMIT, Kind.EQUALITY)),
+                default=0.0,
+            ),
+        )
+        for _, _, cause in _explained(alarms)[0]
+    ]
 
 
 def accusations(alarms: Alarms) -> list[tuple[int, str]]:

@@ -29,7 +29,7 @@ from fdi.decision.detectors import judge
 from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
-from fdi.diagnosis.answer import time_in_air
+from fdi.diagnosis.answer import when_in_air
 from fdi.diagnosis.ranking import EVIDENCE, EVIDENCE_NEARLY, WEIGHING_S
 from fdi.diagnosis.weighing import concerns
 from fdi.model.evaluate import Floats
@@ -110,9 +110,7 @@ def noise_of(alarms: Alarms, bounds: Bounds) -> Noise:
     """
     residuals = alarms.residuals
     signals = residuals.signals
-    air = np.zeros(len(signals.t), bool)
-    for start, end in time_in_air(signals):
-        air |= (signals.t >= start) & (signals.t < end)
+    air = when_in_air(signals)
     place = np.flatnonzero(air)[:MOST_SAMPLES]
     columns = slice(place[0], place[-1] + 1) if len(place) else slice(0)
     bounds = bounds.at(columns)

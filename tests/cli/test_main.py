@@ -33,7 +33,7 @@ def test_the_package_runs_as_a_module() -> None:
     assert ended.stdout == f"fdi, version {__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["analyze", "info", "convert", "structure"])
+@pytest.mark.parametrize("command", ["analyze", "info", "convert", "structure", "calibrate"])
 def test_help_shows_an_example(run: Run, command: str) -> None:
     ended = run(command, "--help")
     assert ended.code == 0
@@ -57,6 +57,10 @@ def test_the_group_lists_its_commands(run: Run, words: list[str]) -> None:
         ("fdi structure my", {"file,my"}),
         ("fdi analyze --policy pap", {"plain,paper"}),
         ("fdi convert --ou", {"plain,--out"}),
+        ("fdi cal", {"plain,calibrate"}),
+        ("fdi calibrate --policy def", {"plain,default"}),
+        ("fdi calibrate flight.t", {"file,flight.t"}),
+        ("fdi analyze --bud", {"plain,--budget"}),
     ],
 )
 def test_a_shell_is_told_how_a_word_may_go_on(

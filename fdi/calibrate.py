@@ -1,0 +1,203 @@
+"""What do healthy flights of one vehicle teach about its tests? The policy learned from them.
+
+In: logs of healthy flights of one vehicle, and a policy to begin with. Out: ``Calibrated``: that
+policy with the thresholds, stated bounds and constants of this vehicle, and the check of it: how
+often each flight is accused by the policy as it was, and by one learned from the others.
+
+Refused are flights of other vehicles or under another model, and a flight on which a component is
+accused by far: that is no healthy one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from fdi.decision import Policy, load_policy
+from fdi.decision.alarms import Use
+from fdi.decision.bounds import learn
+from fdi.decision.detectors import judge
+from fdi.decision.learned import Reached, learned_from, reached
+from fdi.decision.policy import Calibration
+from fdi.decision.recipes import PredictedSpread
+from fdi.diagnosis import decide_within_budget
+from fdi.diagnosis.answer import accusations, strongest, time_in_air, when_in_air
+from fdi.errors import LogError, UsageError
+from fdi.model import load_airframe
+from fdi.model.choose import choose_model
+from fdi.residuals import Residuals
+from fdi.residuals.cache import cached_bank
+from fdi.telemetry import read
+
+FAR: Final = 4.0
+"""So many thresholds beyond what noise explains no flight is taken for a healthy one: those that
+are have reached 3.3 at the most, faulty ones 2 to 14."""
+LEAST_S: Final = 20.0
+"""In the air; less teaches nothing."""
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Flown:
+    """One healthy log: its residuals, what its tests reached, its hours in the air."""
+
+    name: str
+    vehicle: str
+    model: str
+    residuals: Residuals
+    reached: Mapping[str, Reached]
+    hours: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """How many findings a healthy log has under the policy as it was and learned from the others.
+
+    ``after`` is None where there are no others.
+    """
+
+    name: str
+    hours: float
+    before: int
+    after: int | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibrated:
+    """The policy that was learned, and the check of it."""
+
+    policy: Policy
+    checks: tuple[Check, ...]
+    warnings: tuple[str, ...]
+
+
+def calibrate(
+    paths: Sequence[str | Path],
+    *,
+    name: str = "calibrated",
+    model: str | Path = "auto",
+    policy: str | Path = "default",
+    progress: Progress | None = None,
+) -> Calibrated:
+    """Return the policy that healthy flights of one vehicle teach.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        Logs of healthy flights.
+    name : str
+        Of the new policy.
+    model : str or Path
+        A shipped model, a file, or ``auto``: by the type of the vehicle.
+    policy : str or Path
+        What to begin with.
+    progress : callable, optional
+        Is told which log is read and the share of work done.
+
+    Raises
+    ------
+    LogError, ModelError
+        A log cannot be read or holds no flight; the model or policy is wrong.
+    UsageError
+        The logs are not of one vehicle, a flight is not healthy, or the policy cannot learn.
+    """
+    recipe = load_policy(policy)
+    if not isinstance(recipe.decision, PredictedSpread) or not recipe.accuse:
+        raise UsageError(f"the policy {recipe.name} has nothing to learn", hint="use default")
+    recipe = replace(recipe, decision=replace(recipe.decision, learned={}), calibration=None)
+    flown: list[Flown] = []
+    for number, path in enumerate(paths):
+        if progress:
+            progress(Path(path).name, number / (len(paths) + 1))
+        flown.append(_fly(path, model, recipe))
+        _same_vehicle(flown[0], flown[-1])
+    if progress:
+        progress("check", len(paths) / (len(paths) + 1))
+    return Calibrated(
+        _taught(recipe, flown, name),
+        tuple(_checks(recipe, flown)),
+        tuple(warning for one in flown for warning in one.warnings),
+    )
+
+
+def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
+    assert isinstance(recipe.decision, PredictedSpread)
+    log = read(path)
+    airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
+    observed = airframe.observe(log)
+    bank = cached_bank(observed, recipe.tests)
+    signals = log.signals(observed.channels, recipe.sampling)
+    residuals = bank.evaluate(signals, recipe.differentiation)
+    spans = time_in_air(signals)
+    seconds = sum(max(0.0, end - start) for start, end in spans)
+    if not bank.generators or seconds < LEAST_S:
+        raise LogError(
+            f"has {max(seconds, 0.0):.0f} s in the air that could be tested, {LEAST_S:.0f} s are "
+            "needed",
+            where=log.name,
+            hint="leave it out",
+        )
+    bounds = learn(residuals, recipe.decision)
+    alarms = judge(residuals, bounds, recipe.decision, Use(recipe.marking, recipe.accuse))
+    accused = strongest(alarms)
+    for component, onset, strength in accused:
+        if strength > FAR:
+            raise UsageError(
+                f"is not healthy: {component} is accused at {onset:.1f} s, {strength:.0f} times "
+                "beyond what noise explains",
+                where=log.name,
+                hint="leave it out",
+            )
+    found = reached(residuals, bounds, when_in_air(signals), recipe.decision)
+    warnings = tuple(
+        f"{log.name}: {component} is accused at {onset:.1f} s; its tests are taken to behave so in "
+        "health: is the flight healthy?"
+        for component, onset, _ in accused
+    )
+    hours = seconds / 3600.0
+    return Flown(log.name, log.vehicle, airframe.name, residuals, found, hours, warnings)
+
+
+def _same_vehicle(first: Flown, other: Flown) -> None:
+    for what, one, two in (
+        ("vehicle", first.vehicle, other.vehicle),
+        ("model", first.model, other.model),
+    ):
+        if one != two:
+            raise UsageError(
+                f"is of another {what} ({two}) than {first.name} ({one})",
+                where=other.name,
+                hint="calibrate each vehicle by itself",
+            )
+
+
+def _taught(recipe: Policy, flown: Sequence[Flown], name: str) -> Policy:
+    """Return the policy with what healthy flights say about its tests."""
+    assert isinstance(recipe.decision, PredictedSpread)
+    learned = learned_from(one.reached for one in flown)
+    names = tuple(one.name for one in flown)
+    hours = sum(one.hours for one in flown)
+    return replace(
+        recipe,
+        name=name,
+        description=f"Learned from {len(flown)} healthy flights, {60 * hours:.0f} min in the air.",
+        decision=replace(recipe.decision, learned=learned),
+        calibration=Calibration(flown[0].model, flown[0].vehicle, names, float(f"{hours:.4g}")),
+    )
+
+
+def _checks(recipe: Policy, flown: Sequence[Flown]) -> list[Check]:
+    checks = []
+    for place, one in enumerate(flown):
+        others = [other for number, other in enumerate(flown) if number != place]
+        before = len(accusations(decide_within_budget(recipe, one.residuals)))
+        after = None
+        if others:
+            taught = _taught(recipe, others, "others")
+            after = len(accusations(decide_within_budget(taught, one.residuals)))
+        checks.append(Check(one.name, one.hours, before, after))
+    return checks

@@ -1,0 +1,122 @@
+"""What healthy flights teach, and whom they may not teach anything."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flights import SHARED
+
+from fdi.analysis import analyze
+from fdi.calibrate import calibrate
+from fdi.decision import load_policy
+from fdi.decision.learned import MARGIN, MOST, Reached, learned_from
+from fdi.decision.policy import policy_text
+from fdi.errors import ModelError, UsageError
+from fdi.model.yaml import read_document
+
+ALFA = [SHARED / "alfa" / f"no_failure_{number}.tlog" for number in (2, 4, 5)]
+OLD_COPTER = SHARED / "healthy" / "copter_2013.tlog"
+needs_flights = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+
+
+def flight(scale, size=0.0, centre=None, key="a: gps"):
+    return {key: Reached(scale, size, centre)}
+
+
+def test_threshold_stands_a_margin_above_what_was_reached():
+    found = learned_from([flight(1.2), flight(2.0), flight(0.3)])["a: gps"]
+    assert found.scale == pytest.approx(MARGIN * 2.0)
+    assert learned_from([flight(1000.0)])["a: gps"].scale == MOST
+
+
+def test_few_flights_do_not_lower_a_threshold():
+    assert learned_from([flight(0.2), flight(0.2)])["a: gps"].scale == 1.0
+    assert learned_from([flight(0.2), flight(0.2), flight(0.2)])["a: gps"].scale < 1.0
+
+
+def test_stated_bound_gives_way_by_what_health_reached_and_is_not_scaled():
+    found = learned_from([flight(None, 0.3), flight(None, 0.1), flight(None, 0.0)])["a: gps"]
+    assert found.stray == pytest.approx(MARGIN * 0.3)
+    assert found.scale == 1.0
+
+
+def test_constants_of_several_flights_bound_the_next_one():
+    found = learned_from([flight(0.0, centre=c) for c in (1.0, 1.2, 1.4)])["a: gps"]
+    assert found.centre == pytest.approx((0.8, 1.6))
+    assert not np.isfinite(learned_from([flight(0.0, centre=1.0)])["a: gps"].centre).any()
+
+
+def test_order_of_flights_does_not_matter():
+    flights = [flight(0.2, centre=1.0), flight(1.2, centre=0.5), flight(0.7, key="b: gps")]
+    assert learned_from(flights) == learned_from(flights[::-1])
+
+
+def test_written_policy_is_read_back(tmp_path):
+    learned = learned_from([flight(2.0), flight(None, 0.3, key="b: x"), flight(None, key="c: y")])
+    policy = load_policy("default")
+    policy = replace(policy, name="mine", decision=replace(policy.decision, learned=learned))
+    path = tmp_path / "mine.yaml"
+    path.write_text(policy_text(policy))
+    assert load_policy(path).decision == replace(policy.decision, learned={})
+    from fdi.decision.policy import Calibration
+
+    policy = replace(policy, calibration=Calibration("quadcopter", "quad", ("a.bin",), 0.5))
+    path.write_text(policy_text(policy))
+    found = load_policy(path)
+    assert found.calibration == policy.calibration
+    # a test of which nothing was learned is left out
+    assert found.decision.learned == {k: v for k, v in learned.items() if k != "c: y"}
+
+
+@needs_flights
+def test_flights_are_not_accused_by_a_policy_learned_from_them(tmp_path):
+    before = analyze(OLD_COPTER)
+    assert before.findings, "this flight no longer shows what is tested here"
+    found = calibrate([OLD_COPTER], name="old")
+    assert found.checks[0].before == len(before.findings)
+    assert found.checks[0].after is None
+    assert len(found.warnings) >= 1
+    path = tmp_path / "old.yaml"
+    path.write_text(policy_text(found.policy))
+    after = analyze(OLD_COPTER, policy=path)
+    assert not after.findings
+    assert after.document()["policy"]["name"] == "old"
+
+
+@needs_flights
+def test_a_fault_is_still_found_by_a_policy_of_other_flights(tmp_path):
+    found = calibrate(ALFA)
+    assert [check.after for check in found.checks] == [0, 0, 0]
+    path = tmp_path / "heron.yaml"
+    path.write_text(policy_text(found.policy))
+    assert read_document(path).tree["calibration"]["flights"] == [p.name for p in ALFA]
+    failed = analyze(SHARED / "alfa" / "engine_failure.tlog", policy=path)
+    assert failed.findings[0].component == "engine"
+
+
+@needs_flights
+def test_another_vehicle_is_refused():
+    with pytest.raises(UsageError, match=r"another vehicle \(quad\) than no_failure_2.tlog"):
+        calibrate([ALFA[0], SHARED / "sitl" / "copter" / "c02_hover_calm.tlog"])
+
+
+@needs_flights
+def test_a_flight_that_is_not_healthy_is_refused():
+    with pytest.raises(UsageError, match=r"is not healthy: gps is accused at .* beyond what noise"):
+        calibrate([SHARED / "sitl" / "copter" / "c25_gps_freeze.tlog"])
+
+
+@needs_flights
+def test_a_policy_learned_for_another_model_is_refused(tmp_path):
+    path = tmp_path / "plane.yaml"
+    path.write_text(policy_text(calibrate(ALFA[:1]).policy))
+    with pytest.raises(
+        ModelError, match="was learned for the model fixed_wing, not for quadcopter"
+    ):
+        analyze(SHARED / "sitl" / "copter" / "c02_hover_calm.tlog", policy=path)
+
+
+@needs_flights
+def test_the_published_recipe_cannot_learn():
+    with pytest.raises(UsageError, match="policy paper has nothing to learn"):
+        calibrate(ALFA[:1], policy="paper")
