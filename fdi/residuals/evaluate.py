@@ -317,7 +317,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         constant = 0.0
     if constant and context.spreads:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
-    if equation.scale and isinstance(equation.left, Symbol):
+    if equation.scale and context.spreads and isinstance(equation.left, Symbol):
         scaled = column if equation.left.name in node.variables else given[equation.left.name]
         change = np.abs(scaled - np.nanmedian(scaled[context.beginning]))
         effects["noise", -1 - node.equation, 0] = equation.scale * np.nan_to_num(change)
