@@ -147,7 +147,7 @@ def measured(subject: Subject, share: float, seed: int) -> dict[float, tuple[flo
     while hours[BUDGETS[0]] < share * HOURS[BUDGETS[0]]:
         drawn = generated(noise, flights, rng)
         found = simulated(noise, drawn[noise.rows], subject.recipe, rules)
-        highest = np.max([own.max(axis=1) for own, _ in found.values()], axis=0)
+        highest = np.max([own.max(axis=1) for own, _, _ in found.values()], axis=0)
         for budget, scale in scales.items():
             if hours[budget] < share * HOURS[budget]:
                 # a flight without any alarm accuses nobody

@@ -11,8 +11,9 @@ from fdi import __version__
 from fdi.decision import Policy, load_policy
 from fdi.diagnosis import decide_within_budget, diagnose
 from fdi.errors import ModelError, UsageError
-from fdi.model import load_airframe
-from fdi.model.choose import choose_model
+from fdi.model import Airframe, load_airframe
+from fdi.model.choose import choose_model, is_general
+from fdi.model.outputs import moved_motors
 from fdi.report import write_report
 from fdi.residuals.cache import cached_bank
 from fdi.result import Analysis
@@ -117,6 +118,7 @@ def analyze(
         diagnosis=diagnosis,
         warnings=(
             *(_choice(log) if system is None else ()),
+            *_fit(log, airframe, chosen=str(model) == "auto"),
             *observed.warnings,
             *bank.notes,
         ),
@@ -143,6 +145,20 @@ def _check_vehicle(recipe: Policy, model: str) -> None:
         raise ModelError(
             f"was learned for the model {learned.model}, not for {model}", where=recipe.name
         )
+
+
+def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
+    """Yield what the model does not know of this vehicle."""
+    if chosen and is_general(airframe.name):
+        yield (
+            f"no shipped model is made for a vehicle of type {log.vehicle}: {airframe.name} knows "
+            "what all have in common, no motors, engine or control surfaces"
+        )
+    moved = moved_motors(log.parameters) if log.autopilot == "ardupilot" else {}
+    moved = {motor: on for motor, on in moved.items() if f"motor_{motor}" in airframe.components}
+    if moved:
+        where = ", ".join(f"motor {motor} is on output {on}" for motor, on in moved.items())
+        yield f"{where}; the model takes output n for motor n: its motor_n is what output n drives"
 
 
 def _check_window(window: tuple[float, float] | None, log: Log) -> None:

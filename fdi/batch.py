@@ -16,9 +16,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fdi import __version__
 from fdi.errors import OutputError
@@ -107,12 +108,11 @@ def batch(
     kept = {row["fingerprint"]: row for row in _earlier(out)} if resume else {}
     done = {i: kept[mark] for i, mark in enumerate(marks) if mark in kept}
     left = [i for i in range(len(jobs)) if i not in done]
-    with _lines(out, done.values()) as lines:
+    with _lines(out, done.values()) as add:
         for k, row in rows([jobs[i] for i in left], workers=workers, cluster=cluster):
             number = left[k]
             done[number] = {**row, "fingerprint": marks[number]}
-            lines.write(_line(done[number]))
-            lines.flush()
+            add(done[number])
             if progress:
                 progress(Path(row["path"]).name, len(done) / len(jobs))
     ordered = [done[i] for i in range(len(jobs))]
@@ -155,15 +155,30 @@ def _line(row: Row) -> str:
     return json.dumps(row, allow_nan=False) + "\n"
 
 
-def _lines(out: Path, kept: Iterable[Row]) -> IO[str]:
-    """Open the file of lines for more, with those that are kept in it."""
+@contextmanager
+def _lines(out: Path, kept: Iterable[Row]) -> Iterator[Callable[[Row], None]]:
+    """Open the file of lines, with those that are kept in it, and hand out what adds one."""
     path = _beside(out)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"cannot be written: {error.strerror}", where=str(out)) from error
     write_file(path, "".join(map(_line, kept)).encode())
-    return path.open("a", encoding="utf-8")
+    with path.open("ab", buffering=0) as file:  # a full disk is told by the line, not at the end
+
+        def add(row: Row) -> None:
+            rest = _line(row).encode()
+            try:
+                while rest:
+                    rest = rest[file.write(rest) :]
+            except OSError as error:
+                raise OutputError(
+                    f"cannot be written: {error.strerror}",
+                    where=str(path),
+                    hint="what is in it is kept: make room and go on with --resume",
+                ) from error
+
+        yield add
 
 
 def _earlier(out: Path) -> Iterator[Row]:

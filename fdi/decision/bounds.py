@@ -26,14 +26,14 @@ from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.model.system import System
-from fdi.residuals import Generator, Residuals
+from fdi.residuals import Bank, Generator, Residuals
 
 CLIP: Final = 5.0
 """Standard deviations; more in one sample counts as much in a mean."""
 KNOWN_SHARE: Final = 0.7
 """Of the samples of a mean."""
 STANDING: Final = 0.8
-"""A limit violated for this share of the flight's beginning is a condition."""
+"""What is violated for this share of the flight's beginning is a condition."""
 CALM_SHARE: Final = 0.4
 """Quantile of the means that tells the flight's own level: a fault may fill half of the flight."""
 ROUGHER: Final = 3.0
@@ -117,6 +117,8 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     centre = centres(residuals.values, residuals.allowance, reference)
     centre = np.clip(centre, *np.array([one.centre for one in known]).reshape(-1, 2).T)
     centre = np.where(limit, 0.0, centre)
+    # what lies on the other side at first is no reference for a test of one side
+    centre[side * centre < 0] = 0.0
     off, size = strayed(residuals.values, centre, circular, side)
     deviation = np.maximum(size - tolerance, 0.0)
     block = max(3, round(recipe.block_s * signals.rate_hz))
@@ -125,7 +127,9 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     factor = np.where(limit, 1.0, factor)
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
-    unfit = np.where(limit, _stands(size, reference), unfit)
+    supports = np.array([equation.supports for equation in equations], bool)
+    unfit = np.where(limit | supports, _stands(size > tolerance, reference), unfit)
+    unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)
     ratio[limit] = np.nan
@@ -205,9 +209,21 @@ def _mean_bounds(mean: Floats, count: int, recipe: PredictedSpread) -> Floats:
     return bound
 
 
-def _stands(excess: Floats, reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which limits are violated from the beginning of the flight on."""
-    early = excess[:, reference]
-    with np.errstate(invalid="ignore"):
-        over = (early > 0).sum(axis=1)
+def _spoiled(unfit: NDArray[np.bool_], bank: Bank) -> NDArray[np.bool_]:
+    """Return the tests that use all the channels of an unfit one.
+
+    A compass that does not show the field shows no heading either.
+    """
+    used = [
+        {m.channel for i in g.equations if (m := bank.system.equations[i].measurement)}
+        for g in bank.generators
+    ]
+    bad = [used[row] for row in np.flatnonzero(unfit) if used[row]]
+    return np.array([any(own >= other for other in bad) for own in used], dtype=bool)
+
+
+def _stands(violated: NDArray[np.bool_], reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which statements are violated from the beginning of the flight on."""
+    early = violated[:, reference]
+    over = early.sum(axis=1)
     return np.asarray((over > 0) & (over >= STANDING * early.shape[1]))

@@ -1,8 +1,8 @@
 """How small would the scale of the thresholds have to be for a residual to alarm?
 
 In: residuals and bounds. Out: per sample the scale below which ``detectors.judge`` has an alarm
-that is certain there, and the one below which it is strong; for any number of flights at once. One
-pass tells for all scales.
+that is certain there, the one below which it lasts long, and the one below which it is strong; for
+any number of flights at once. One pass tells for all scales.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
-from fdi.decision.detectors import SOONER
+from fdi.decision.detectors import BEGUN, SOONER
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
 from fdi.model.evaluate import Floats
@@ -25,8 +25,9 @@ def critical_scales(
     recipe: PredictedSpread,
     rate_hz: float,
     strong: float,
-) -> tuple[Floats, Floats]:
-    """Return the scales below which a residual is in alarm, and beyond so many thresholds.
+    long_s: float,
+) -> tuple[Floats, Floats, Floats]:
+    """Return the scales below which a residual is in alarm, for long, and far beyond its threshold.
 
     Parameters
     ----------
@@ -40,16 +41,18 @@ def critical_scales(
     recipe : PredictedSpread
     rate_hz : float
     strong : float
-        So many thresholds.
+        So many thresholds are far.
+    long_s : float
+        So many seconds are long.
 
     Returns
     -------
-    (k, n) float, (k, n) float
+    (k, n) float, (k, n) float, (k, n) float
         -inf where it is in no alarm at any scale.
     """
-    result, peak = np.full((2, *off.shape), -np.inf)
+    result, lasts, peak = np.full((3, *off.shape), -np.inf)
     if bounds.unfit[row] or bounds.stated[row] or not known.any():
-        return result, peak
+        return result, lasts, peak
     size, tolerance, noise = np.abs(off[:, known]), bounds.tolerance[row], bounds.noise[row, known]
     peak[:, known] = _scale(size / strong, tolerance, noise)
     least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
@@ -61,6 +64,12 @@ def critical_scales(
         lasting = least_of(_scale(size / over, tolerance, noise), count)
         sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
     result[:, known] = sudden
+    long = max(least, round(long_s * rate_hz))
+    if size.shape[1] < long:
+        return result, lasts, peak
+    held = np.full(size.shape, -np.inf)
+    held[:, long - 1 :] = least_of(_scale(size, tolerance, noise), long)
+    lasts[:, known] = held
     if np.isfinite(bounds.mean_bound[row]).any():
         given = np.where(known, off, np.nan)
         ratio = normalised(given, tolerance, bounds.spread[row], bounds.settled)
@@ -69,8 +78,16 @@ def critical_scales(
         with np.errstate(divide="ignore", invalid="ignore"):
             slow = np.abs(mean) * bounds.mean_spread[row] / bounds.mean_bound[row]
         slow = np.where(known, slow, np.nan)
-        result, peak = np.fmax(result, slow), np.fmax(peak, slow / strong)
-    return result, peak
+        # an alarm of a mean stands while a short mean is half of what the long one has reached
+        beyond = np.sign(given) * np.maximum(np.abs(given) - tolerance, 0.0)
+        short = trailing_mean(beyond, max(1, count // 6), 1)
+        held = np.full(short.shape, -np.inf)
+        held[:, long - 1 :] = np.fmax(least_of(short, long), least_of(-short, long))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            held /= BEGUN * bounds.mean_bound[row]
+        result, lasts = np.fmax(result, slow), np.fmax(lasts, np.fmin(slow, held))
+        peak = np.fmax(peak, slow / strong)
+    return result, lasts, peak
 
 
 def _scale(size: Floats, tolerance: Floats, noise: Floats) -> Floats:

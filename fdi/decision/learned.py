@@ -69,8 +69,8 @@ def reached(
         known = np.isfinite(off[row]) & air
         if bounds.unfit[row] or known.sum() < least:
             continue
-        critical, _ = critical_scales(
-            off[row : row + 1], row, bounds, known, recipe, signals.rate_hz, 1.0
+        critical, _, _ = critical_scales(
+            off[row : row + 1], row, bounds, known, recipe, signals.rate_hz, 1.0, 0.0
         )
         lasted = least_of(size[row : row + 1, known], least)
         found[key_of(residuals.bank.system, generator)] = Reached(

@@ -18,6 +18,7 @@ from fdi.decision.noise import SETTLING_S, airborne_mask
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
+from fdi.diagnosis.passing import has_passed
 from fdi.diagnosis.ranking import (
     WEIGHING_S,
     Cause,
@@ -156,11 +157,16 @@ def _explained(
     effects: list[Effect] = []
     for number, (start, end) in enumerate(time_in_air(alarms.residuals.signals)):
         own: list[Cause] = []
+        follows: list[Effect] = []
         for episode in episodes(find_runs(alarms, start, end)):
             found, following = explain_episode(alarms, episode)
             own += found
-            effects += following
-        causes += [(number, (start, end), cause) for cause in _merged(own)]
+            follows += following
+        bank = alarms.residuals.bank
+        stay = [cause for cause in _merged(own) if not has_passed(cause, end, bank)]
+        kept = {run for cause in stay for run in cause.runs}
+        causes += [(number, (start, end), cause) for cause in stay]
+        effects += [effect for effect in follows if effect.cause.runs[0] in kept]
     causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].weight, item[2].component))
     return causes, effects
 

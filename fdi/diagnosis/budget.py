@@ -4,10 +4,10 @@ In: residuals and a policy with a budget, the false accusations by noise per fli
 ``Alarms`` of thresholds that keep it. All thresholds of noise have one scale. The flight's own calm
 residuals tell their noise (``fdi.decision.resampling``); hours of it are drawn, and every stretch
 of it has a scale below which a component would be accused: one alarm that concerns it alone, two
-that concern it, or one that is strong enough. (The full search for causes agrees with this rule on
-nearly all flights: benchmarks/budget.py.) The largest of these scales are the tail of a
-distribution, log rate linear in the squared scale as for Gaussian noise; from it comes the scale
-for rates below what the simulated hours show.
+that concern it, or one that is strong enough, if one of them lasts; or three. (How far the full
+search for causes agrees with this rule: benchmarks/budget.py.) The largest of these scales are the
+tail of a distribution, log rate linear in the squared scale as for Gaussian noise; from it comes
+the scale for rates below what the simulated hours show.
 
 The random numbers have a fixed seed: the same log gives the same answer.
 """
@@ -29,7 +29,8 @@ from fdi.decision.detectors import judge
 from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
-from fdi.diagnosis.answer import when_in_air
+from fdi.diagnosis.answer import time_in_air, when_in_air
+from fdi.diagnosis.passing import MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
 from fdi.diagnosis.ranking import EVIDENCE, EVIDENCE_NEARLY, WEIGHING_S
 from fdi.diagnosis.weighing import concerns
 from fdi.model.evaluate import Floats
@@ -65,6 +66,8 @@ class Noise:
         The residuals that vary.
     known : (r, n) bool
         Where each is judged, in the air.
+    ending : (n,) bool
+        Where the flight ends soon.
     bounds : Bounds
     first : int
         The flight's sample with which all these begin.
@@ -77,6 +80,7 @@ class Noise:
     unit: Floats
     rows: NDArray[np.intp]
     known: NDArray[np.bool_]
+    ending: NDArray[np.bool_]
     bounds: Bounds
     first: int
     rate_hz: float
@@ -122,7 +126,20 @@ def noise_of(alarms: Alarms, bounds: Bounds) -> Noise:
     model = fit_noise(np.where(calm, off / unit, 0.0), calm, signals.rate_hz)
     rows = np.flatnonzero(model.deviation > 0)
     hours = float(air[columns].sum()) / signals.rate_hz / 3600.0
-    return Noise(model, unit, rows, known, bounds, columns.start or 0, signals.rate_hz, hours)
+    ending = np.zeros(len(signals.t), bool)
+    for _, end in time_in_air(signals):
+        ending |= air & (signals.t >= min(end, signals.t[-1]) - QUIET_S)
+    return Noise(
+        model,
+        unit,
+        rows,
+        known,
+        ending[columns],
+        bounds,
+        columns.start or 0,
+        signals.rate_hz,
+        hours,
+    )
 
 
 def _around(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
@@ -154,7 +171,9 @@ def scale_for(budget: float, noise: Noise, bank: Bank, recipe: PredictedSpread) 
         hours += flights * noise.hours
         if drawn is noise:
             sought = IN_PLAY * scale_of_rate(budget, found[0], hours)
-            heard = [row for row, (own, _) in scales.items() if own.max(initial=-np.inf) > sought]
+            heard = [
+                row for row, (own, _, _) in scales.items() if own.max(initial=-np.inf) > sought
+            ]
             if not heard:
                 break
             drawn = replace(noise, rows=np.array(heard, np.intp))
@@ -165,11 +184,13 @@ def scale_for(budget: float, noise: Noise, bank: Bank, recipe: PredictedSpread) 
 class Rules:
     """What accuses: by component the residuals that hold its faults, and how strong one must be.
 
-    ``alone``: so many thresholds; 1 where any alarm of the residual will do.
+    ``alone``: so many thresholds; 1 where any alarm of the residual will do. ``brief``: those of
+    which a passing alarm accuses as well.
     """
 
     rows: Mapping[str, tuple[int, ...]]
     alone: Mapping[int, float]
+    brief: frozenset[int]
 
 
 def accusing_rules(bank: Bank, rows: NDArray[np.intp]) -> Rules:
@@ -189,11 +210,12 @@ def accusing_rules(bank: Bank, rows: NDArray[np.intp]) -> Rules:
         enough = EVIDENCE_NEARLY if len(parts) == 1 else EVIDENCE
         # the weight of an alarm is 1 + ln(its strength)
         alone[int(row)] = 1.0 if len(whom.of(row)) == 1 else float(np.exp(enough - 1.0))
-    return Rules(holding, alone)
+    brief = frozenset(row for row in alone if sees_changes_only(row, bank))
+    return Rules(holding, alone, brief)
 
 
-Scales = Mapping[int, tuple[Floats, Floats]]
-"""By residual the scales below which it alarms, and below which one alarm of it accuses."""
+Scales = Mapping[int, tuple[Floats, Floats, Floats]]
+"""By residual the scales below which it alarms, for long, and so that one alarm accuses."""
 
 
 def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread, rules: Rules) -> Scales:
@@ -210,16 +232,21 @@ def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread, rules: Rules
     flights = drawn.shape[1]
     width = max(1, round(WEIGHING_S * noise.rate_hz))
     stretches = -(-drawn.shape[2] // width)
+    ending = np.zeros(stretches * width, bool)
+    ending[: drawn.shape[2]] = noise.ending
     found = {}
     for row, own in zip(noise.rows.tolist(), drawn, strict=True):
         off, known = own * noise.unit[row], noise.known[row]
-        both = critical_scales(
-            off, row, noise.bounds, known, recipe, noise.rate_hz, rules.alone[row]
+        three = critical_scales(
+            off, row, noise.bounds, known, recipe, noise.rate_hz, rules.alone[row], PASSING_S
         )
-        whole = np.full((2, flights, stretches * width), -np.inf)
-        whole[..., : off.shape[1]] = both
-        alarm, strong = whole.reshape(2, flights, stretches, width).max(axis=3)
-        found[row] = alarm, np.minimum(alarm, strong)
+        whole = np.full((3, flights, stretches * width), -np.inf)
+        whole[..., : off.shape[1]] = three
+        # a short alarm counts where the flight ends soon, or what changes alone is seen
+        counts = np.ones(whole.shape[2], bool) if row in rules.brief else ending
+        whole[1][:, counts] = np.maximum(whole[0][:, counts], whole[1][:, counts])
+        alarm, lasts, strong = whole.reshape(3, flights, stretches, width).max(axis=3)
+        found[row] = alarm, lasts, np.minimum(lasts, strong)
     return found
 
 
@@ -229,10 +256,13 @@ def accusing(scales: Scales, rules: Rules) -> Floats:
     for held in rules.rows.values():
         rows = [row for row in held if row in scales]
         for row in rows:
-            np.maximum(result, scales[row][1], out=result)
-        if len(rows) > 1:  # two of its alarms together
-            among = np.array([scales[row][0] for row in rows])
-            np.maximum(result, np.partition(among, -2, axis=0)[-2], out=result)
+            np.maximum(result, scales[row][2], out=result)
+        if len(rows) > 1:  # two of its alarms together, one of which lasts
+            among = np.sort([scales[row][0] for row in rows], axis=0)
+            lasts = np.max([scales[row][1] for row in rows], axis=0)
+            np.maximum(result, np.minimum(among[-2], lasts), out=result)
+            if len(rows) > MOST_TESTS:
+                np.maximum(result, among[-1 - MOST_TESTS], out=result)
     return result
 
 

@@ -53,7 +53,7 @@ BEGAN_S: Final[dict[Shape, tuple[float, ...]]] = {
 }
 """Moments, against the onset of the alarms, at which the fault may have begun."""
 EDGE_S: Final = 0.4
-"""Sampling and latencies blur the moment by as much."""
+"""Sampling and latencies smear a step over as much."""
 SLOW: Final = 0.15
 """Share of its spread by which a residual wanders too slowly for the calm part to show."""
 LEAST_DRIFT_S: Final = 6.0
@@ -259,7 +259,7 @@ def _disturbed(where: Scene, component: str) -> tuple[NDArray[np.bool_], NDArray
 class Extent:
     """Which samples count: ``length`` s after the onset.
 
-    Of tests that hold what the component disturbs, ``disturbed`` s after the fault began.
+    Of tests that hold what the component disturbs, ``disturbed`` s after it.
     """
 
     length: float
@@ -275,13 +275,15 @@ def fit(
         found = _match(where, hypothesis, where.onset + moment, hypothesis.probe, extent)
         if found is not None and (best is None or found.gain > best.gain):
             best = found
-    for _ in range(TURNS if best is not None else 0):
-        assert best is not None
-        again = _match(where, hypothesis, best.since, best.value, extent)
+    if best is None:
+        return None
+    for _ in range(TURNS):
+        again = _match(where, hypothesis, best.since, best.value, extent, edge_s=EDGE_S)
         if again is None or not again.value:
-            break
+            return None
         best = again
-    return None if best is None else _judged(where, hypothesis, best)
+    whole = _match(where, hypothesis, best.since, best.value, extent)
+    return None if whole is None else _judged(where, hypothesis, best, whole.gain)
 
 
 def gain(where: Scene, hypothesis: Hypothesis, extent: Extent, moments: Sequence[float]) -> float:
@@ -325,19 +327,29 @@ def _direction(where: Scene, hypothesis: Hypothesis, since: float, size: float) 
 
 
 def _match(
-    where: Scene, hypothesis: Hypothesis, since: float, size: float, extent: Extent
+    where: Scene,
+    hypothesis: Hypothesis,
+    since: float,
+    size: float,
+    extent: Extent,
+    *,
+    edge_s: float = 0.0,
 ) -> _Match | None:
+    """Return the match with a fault that began at ``since``.
+
+    What lies closer to it than an edge is left out; not where moments are compared, for all of them
+    must explain the same samples.
+    """
     t = where.piece.t
     direction = _direction(where, hypothesis, since, size)
     late, never = _disturbed(where, hypothesis.component)
     rows = np.flatnonzero((np.nan_to_num(direction) != 0.0).any(axis=1) & ~never)
     first = where.onset + min(BEGAN_S["drift"])
     inside = (t >= first) & (t < min(where.onset + extent.length, where.end))
-    # a step between two samples is smeared over them
-    inside &= np.abs(t - since - 0.5 * EDGE_S) > EDGE_S
+    inside &= np.abs(t - since - 0.5 * edge_s) >= edge_s
     z, s = where.z[np.ix_(rows, inside)], direction[np.ix_(rows, inside)]
     known = np.isfinite(z) & np.isfinite(s)
-    known &= ~(late[rows][:, None] & (t[inside] >= since + extent.disturbed))
+    known &= ~(late[rows][:, None] & (t[inside] >= where.onset + extent.disturbed))
     shown = t[inside][known.any(axis=0) & (t[inside] >= since)]
     if len(shown) < LEAST_SAMPLES:
         return None
@@ -349,7 +361,7 @@ def _match(
     return _Match(since, rows, inside, known, z, s, weights, a, b) if a > 0 else None
 
 
-def _judged(where: Scene, hypothesis: Hypothesis, found: _Match) -> Fit:
+def _judged(where: Scene, hypothesis: Hypothesis, found: _Match, gained: float) -> Fit:
     value = found.value
     after = where.piece.t[found.inside] >= found.since
     rest = float(((found.z - value * found.s)[:, after] ** 2).sum())
@@ -368,7 +380,7 @@ def _judged(where: Scene, hypothesis: Hypothesis, found: _Match) -> Fit:
         found.since,
         value,
         float(np.hypot(max(sigma, earlier), slow)),
-        found.gain,
+        gained,
         left,
         1.0 - rest / whole if whole > 0 else 0.0,
         _halves(found.s, found.z, value),

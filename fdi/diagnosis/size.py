@@ -78,26 +78,43 @@ def size_of(
     where = scene(alarms, onset, *span) if tried else None
     if where is None:
         return None
+    finalists = _finalists(where, tried)
     for length in LENGTHS:
-        extents = (Extent(length, FOLLOWS_S), Extent(length, 0.0))
-        first, free = (_best(where, tried, extent) for extent in extents)
-        for own in (first, free):
+        first = _best(where, finalists, Extent(length, FOLLOWS_S))
+        size = _told(first, where)
+        if size is None and first:
             # without what is disturbed less is told apart, but it must not say otherwise
-            agrees = own and own[0].hypothesis.names == first[0].hypothesis.names
-            if agrees and _explains(own[0]):
-                against = _against(own, where)
-                if against is not None:
-                    return _size(own[0], against, where)
+            free = _best(where, finalists, Extent(length, 0.0))
+            if free and free[0].hypothesis.names == first[0].hypothesis.names:
+                size = _told(free, where)
+        if size is not None:
+            return size
     return None
 
 
+def _finalists(where: Scene, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the faults that explain most, roughly, over the longest or the shortest time."""
+    found: dict[Hypothesis, None] = {}
+    for length in (LENGTHS[0], LENGTHS[-1]):
+        extent = Extent(length, FOLLOWS_S)
+        rough = {h: gain(where, h, extent, BEGAN_S[h.shape][::ROUGHLY]) for h in tried}
+        found.update(dict.fromkeys(sorted(tried, key=lambda h: -rough[h])[:FINALISTS]))
+    return list(found)
+
+
 def _best(where: Scene, tried: Sequence[Hypothesis], extent: Extent) -> list[Fit]:
-    """Return the fits of the faults that explain most, best first."""
+    """Return the fits of faults, best first."""
     able = [h for h in tried if h.shape == "bias" or extent.length >= LEAST_DRIFT_S]
-    rough = {h: gain(where, h, extent, BEGAN_S[h.shape][::ROUGHLY]) for h in able}
-    able.sort(key=lambda h: -rough[h])
-    fits = (fit(where, h, extent, BEGAN_S[h.shape]) for h in able[:FINALISTS])
+    fits = (fit(where, h, extent, BEGAN_S[h.shape]) for h in able)
     return sorted((found for found in fits if found is not None), key=lambda found: -found.gain)
+
+
+def _told(own: Sequence[Fit], where: Scene) -> Size | None:
+    """Return the size by the first fit, if it explains the residuals and no other one does."""
+    if not own or not _explains(own[0]):
+        return None
+    against = _against(own, where)
+    return None if against is None else _size(own[0], against, where)
 
 
 def _concerned(hypothesis: Hypothesis, rows: Sequence[int], bank: Bank) -> bool:

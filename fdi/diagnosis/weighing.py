@@ -61,7 +61,7 @@ class Concerns:
 
     A residual concerns the faults of its signature; one that is a limit or an equality of which the
     model says whom it concerns stands for that statement, ``@name``, instead. Of those the model
-    only ``suspected``.
+    only ``suspected``. What ``supporting`` tests say counts beside what others say.
     """
 
     faults: tuple[tuple[str, ...], ...]
@@ -71,6 +71,7 @@ class Concerns:
     suspected: frozenset[str]
     column: Mapping[str, int]
     residual: tuple[int, ...]
+    supporting: frozenset[int]
 
     def of(self, row: int) -> frozenset[str]:
         """Return the components that a residual concerns."""
@@ -139,6 +140,11 @@ def concerns(bank: Bank) -> Concerns:
         frozenset(suspected),
         column,
         tuple(generator.residual for generator in bank.generators),
+        frozenset(
+            row
+            for row, generator in enumerate(bank.generators)
+            if any(system.equations[i].supports for i in generator.equations)
+        ),
     )
 
 
@@ -156,7 +162,7 @@ def weigh(
     by_row = {run.row: run for run in reversed(soon)}
     window = slice(soon[0].first, max(run.first for run in soon) + 1)
     chosen, quiet = _chosen(component, by_row, alarms, bank, window)
-    score, own, alone, nearly = -quiet, 0.0, False, False
+    score, own, support, alone, nearly = -quiet, 0.0, 0.0, False, False
     begins = {run.row for run in early}
     said: set[int] = set()
     alike = _alike(component, chosen, by_row, alarms, bank, window)
@@ -173,15 +179,19 @@ def weigh(
         else:
             score -= strength * (UNEXPLAINED_EARLY if row in begins else UNEXPLAINED_LATE)
         if share >= SUSPECTED:
-            own += share * strength
-            others = bank.of(row) - {component}
-            alone |= not others
-            nearly |= all(bank.components[name].computed for name in others)
             explained |= {
                 fault
                 for fault in bank.faults[row]
                 if fault in bank.suspected and bank.component[fault] == component
             }
+            if row in bank.supporting:
+                support += share * strength
+                continue
+            own += share * strength
+            others = bank.of(row) - {component}
+            alone |= not others
+            nearly |= all(bank.components[name].computed for name in others)
+    own += support if own else 0.0
     return Weight(score, tuple(sorted(explained)), own, alone, nearly)
 
 

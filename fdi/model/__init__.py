@@ -11,6 +11,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
 - ``dimensions.py``: units
 - ``system.py``: what holds with one log
+- ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
 - ``placement.py``: which further telemetry would show more
 """
 

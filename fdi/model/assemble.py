@@ -198,6 +198,8 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         strangers = (solves or frozenset()) - set(symbols(left)) - set(symbols(right))
         if strangers:
             raise ValueError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
+        if entry.scale and not isinstance(left, Symbol):
+            raise ValueError("scale needs one variable on the left")
         if entry.fault:
             draft.bring_fault(entry.fault, definition, "fault")
         return Equation(
@@ -215,6 +217,8 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             window=quantity(entry.window or 0.0, dimension("s")),
             offset=quantity(entry.offset, unit),
             side=entry.side,
+            scale=entry.scale,
+            supports=entry.supports,
             suspects=tuple(entry.suspects),
             unit=spell(unit),
         )

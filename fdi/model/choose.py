@@ -36,6 +36,11 @@ def choose_model(log: Log) -> str:
     return fitting[0]
 
 
+def is_general(name: str) -> bool:
+    """Return whether a shipped model is for vehicles that have none of their own."""
+    return name in shipped_models() and "other" in vehicles_of(find_model(name))
+
+
 def vehicles_of(path: Path) -> tuple[str, ...]:
     """Return the vehicle types that a shipped model's file names, none where it names none."""
     found = VEHICLES.search(path.read_text(encoding="utf-8"))

@@ -13,8 +13,8 @@ from typing import Final, Literal
 from fdi.model.expression import CONSTANTS, Expression
 from fdi.telemetry import Channel
 
-STATES: Final = frozenset({"armed", "airborne", "mode", "phase"})
-"""Names of the flight state, known in every condition."""
+STATES: Final = frozenset({"armed", "airborne", "mode", "phase", "step"})
+"""What every condition knows: the flight state, and the time between two samples, s."""
 MEASURED: Final = "measured"
 """A channel's value in its measurement equation."""
 SLOPE: Final = "slope_of_state"
@@ -108,6 +108,10 @@ class Equation:
         A constant by which the two sides may differ in health, learned from the flight's beginning.
     side : str
         ``above`` or ``below``: only a left side that is so against the right one is a violation.
+    scale : float
+        Share of the change of its left side since the flight's beginning by which that may be off.
+    supports : bool
+        A violation supports an accusation, and accuses nobody by itself.
     """
 
     name: str
@@ -124,6 +128,8 @@ class Equation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
+    scale: float = 0.0
+    supports: bool = False
     unit: str = ""
     suspects: tuple[str, ...] = ()
 

@@ -83,6 +83,8 @@ class SystemEquation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
+    scale: float = 0.0
+    supports: bool = False
     unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
@@ -363,6 +365,8 @@ def _relation(equation: Equation, airframe: Airframe) -> SystemEquation:
         window=equation.window,
         offset=equation.offset,
         side=equation.side,
+        scale=equation.scale,
+        supports=equation.supports,
         unit=equation.unit,
         suspects=equation.suspects,
         text=equation.text,

@@ -41,6 +41,9 @@ one period has 0.29)."""
 BENT: Final = 0.5
 """Share of the change between two neighbouring slopes that one of them may be off."""
 
+BEGINNING_S: Final = 20.0
+"""What a quantity is at the beginning of a flight: its median over so many seconds in the air."""
+
 SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
@@ -124,6 +127,7 @@ class Context:
     states: Mapping[str, Column]
     shown: Mapping[str, Floats]
     step: float
+    beginning: slice
     spreads: bool = True
     added: Mapping[int, Floats] = field(default_factory=dict)
 
@@ -166,6 +170,11 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
     return Residuals(bank, values, spread, allowance, tolerance, ahead, response, signals, recipe)
 
 
+def _beginning(signals: Signals) -> slice:
+    first = int(np.argmax(signals.state.airborne)) if len(signals.t) else 0
+    return slice(first, first + max(1, round(BEGINNING_S * signals.rate_hz)))
+
+
 def context_of(bank: Bank, signals: Signals, recipe: Differentiation) -> Context:
     """Return what the nodes of a bank are computed with."""
     state = signals.state
@@ -179,9 +188,11 @@ def context_of(bank: Bank, signals: Signals, recipe: Differentiation) -> Context
             "airborne": state.airborne,
             "mode": state.mode,
             "phase": state.phase,
+            "step": np.float64(1.0 / signals.rate_hz),  # type: ignore[dict-item]
         },
         _shown(bank, signals),
         1.0 / signals.rate_hz,
+        _beginning(signals),
     )
 
 
@@ -306,6 +317,10 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         constant = 0.0
     if constant and context.spreads:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
+    if equation.scale and context.spreads and isinstance(equation.left, Symbol):
+        scaled = column if equation.left.name in node.variables else given[equation.left.name]
+        change = np.abs(scaled - np.nanmedian(scaled[context.beginning]))
+        effects["noise", -1 - node.equation, 0] = equation.scale * np.nan_to_num(change)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return Value(column, effects, ahead)
 

@@ -182,28 +182,53 @@ def test_a_full_disk_behind_standard_output_is_5() -> None:
     assert ended.stderr.startswith("fdi: standard output")
 
 
+def run_with_room(most: int, work: Path, words: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run a command that fails to write more than so many bytes of a file, as on a full disk."""
+    few = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most})); "
+    folders = {"FDI_CACHE_DIR": str(work.parent / "c"), "MPLCONFIGDIR": str(work.parent)}
+    return subprocess.run(
+        [FDI[0], "-c", few + FDI[2], *words],
+        cwd=work,
+        env={**os.environ, **folders},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no such limit there")
+@pytest.mark.parametrize("most", [0, 100])
+def test_a_table_on_a_full_disk_is_5_and_says_how_to_go_on(
+    tmp_path: Path, model: Path, most: int
+) -> None:
+    """With no room at all, and with room for a part of the first row."""
+    work = tmp_path / "w"
+    work.mkdir()
+    words = ["batch", str(LOG), "--model", str(model), "--workers", "1", "--out", "t.parquet"]
+    ended = run_with_room(most, work, words)
+    assert ended.returncode == 5, ended.stderr
+    assert ended.stderr.startswith("fdi: t.parquet.rows.jsonl: cannot be written: File too large")
+    assert ended.stderr.count("\n") == 1
+    assert "--resume" in ended.stderr
+    again = run_with_room(1_000_000, work, [*words, "--resume"])
+    assert again.returncode == 0, again.stderr
+    assert [path.name for path in work.iterdir()] == ["t.parquet"]
+
+
 @pytest.mark.skipif(os.name == "nt", reason="no such limit there")
 @pytest.mark.parametrize(
     "words",
     [
         ["analyze", str(LOG), "--out", "o", "--model", "{model}"],
         ["convert", str(LOG), "--out", "o"],
+        ["inject", str(LOG), "--fault", "GPS_RAW_INT.alt:bias=15@20", "--out", "o"],
     ],
     ids=lambda words: words[0],
 )
 def test_a_full_disk_is_5_and_leaves_nothing(tmp_path: Path, model: Path, words: list[str]) -> None:
-    """A limit on the size of files fails a write half way, as a full disk does."""
     work = tmp_path / "w"
     work.mkdir()
-    few = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)); "
-    ended = subprocess.run(
-        [FDI[0], "-c", few + FDI[2], *(word.format(model=model) for word in words)],
-        cwd=work,
-        env={**os.environ, "FDI_CACHE_DIR": str(tmp_path / "c"), "MPLCONFIGDIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
+    ended = run_with_room(20_000, work, [word.format(model=model) for word in words])
     assert (ended.returncode, ended.stdout) == (5, ""), ended.stderr
     assert ended.stderr == "fdi: o: cannot be written: File too large\n"
     assert not list(work.iterdir())

@@ -20,11 +20,10 @@ def signals(n, *, flights=(), rate=RATE):
     return Signals(t, {}, {}, flight_state(t, (), flights), rate, (), flights, {}, "by hand")
 
 
-def bank_of(count, *, kind=Kind.RELATION, circular=False, side=""):
+def bank_of(count, *, kind=Kind.RELATION, **stated):
     """A bank of ``count`` residuals, each of an equation of its own."""
     equations = tuple(
-        SystemEquation(f"e{i}", kind, Symbol("x"), Number(0.0), {}, circular=circular, side=side)
-        for i in range(count)
+        SystemEquation(f"e{i}", kind, Symbol("x"), Number(0.0), {}, **stated) for i in range(count)
     )
     system = System("by hand", "", equations, (), (), (), {}, {}, {})
     generators = tuple(Generator(f"r{i + 1}", (i,), (), i, i, (), True) for i in range(count))

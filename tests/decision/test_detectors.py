@@ -358,6 +358,20 @@ def test_side_that_does_not_count_raises_nothing():
     assert DEFAULT.decide(residuals(values, side="below")).alarm.any()
 
 
+@pytest.mark.parametrize(("side", "centre"), [("", 4.0), ("below", 4.0), ("above", 0.0)])
+def test_side_that_does_not_count_is_no_reference(side, centre):
+    values = np.full(5 * MINUTE, 4.0)
+    alarms = DEFAULT.decide(residuals(values, allowance=9.0, side=side))
+    assert alarms.centre[0] == pytest.approx(centre)
+
+
+@pytest.mark.parametrize("supports", [True, False])
+def test_supporting_test_that_does_not_hold_from_the_beginning_is_a_condition(supports):
+    values = np.full(5 * MINUTE, 8.0)
+    alarms = DEFAULT.decide(residuals(values, tolerance=5.0, supports=supports))
+    assert alarms.unfit[0] == supports
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_small_offset_that_lasts_is_an_alarm_from_about_its_beginning_to_its_end(seed):
     """Two standard deviations: far below the threshold of five, far above any mean in health."""

@@ -29,3 +29,13 @@ def test_weak_evidence_that_concerns_several_accuses_nobody():
     bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
     assert answer(bank, {0: [(40, 60)]}, peak=1.2).findings == ()
     assert answer(bank, {0: [(40, 60)]}, peak=9.0).findings != ()
+
+
+def test_what_supports_accuses_nobody_alone_and_counts_beside_another():
+    more = "equalities:\n  level: {text: x = 0, supports: true, solves: []}\n"
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, more=more))
+    level, pair = row(bank, "GPS.x"), row(bank, "GPS.x", "BARO.x")
+    assert answer(bank, {level: [(40, 60)]}, peak=9.0).findings == ()
+    assert answer(bank, {pair: [(40, 60)]}, peak=1.2).findings == ()
+    (finding,) = answer(bank, {level: [(40, 60)], pair: [(40, 60)]}, peak=1.2).findings
+    assert finding.component == "gps"

@@ -171,3 +171,31 @@ def test_values_cannot_be_written(bank):
     found = run(bank, truth(10))
     with pytest.raises(ValueError, match="read-only"):
         found.values[0, 0] = 1.0
+
+
+def test_scale_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_path):
+    text = GLIDER.replace("  k_3:", '  k_4: {text: "h = 2*lift", solves: [h], scale: 0.1}\n  k_3:')
+    text = text.replace("  climb: {unit: m/s}\n", "  climb: {unit: m/s}\n  lift: {unit: m}\n", 1)
+    vy = "      vy: {variable: v_e, accuracy: 0.2 m/s}\n"
+    text = text.replace(vy, vy + "      z: {variable: lift, accuracy: 0.1 m}\n")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    columns = truth(400)
+    columns["LOCAL_POSITION_NED.z"] = columns["VFR_HUD.alt"] / 2
+    found = run(bank, columns)
+    pair = {"VFR_HUD.alt", "LOCAL_POSITION_NED.z"}
+    (place,) = [i for i, g in enumerate(bank.generators) if set(g.faults) == pair]
+    median = np.median(columns["VFR_HUD.alt"][: round(20 * RATE)])
+    expected = np.sqrt(0.1**2 + 0.2**2 + (0.1 * (columns["VFR_HUD.alt"] - median)) ** 2)
+    assert found.spread[place] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("limit", "judged"), [(0.1, False), (0.3, True)])
+def test_condition_knows_the_time_between_two_samples(tmp_path, limit, judged):
+    text = GLIDER.replace(
+        "k_3: climb = der(h)", f'k_3: {{text: "climb = der(h)", when: "step < {limit}"}}'
+    )
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    found = run(bank, truth(100))
+    pair = {"VFR_HUD.alt", "VFR_HUD.climb"}
+    (place,) = [i for i, g in enumerate(bank.generators) if set(g.faults) == pair]
+    assert np.isfinite(found.values[place]).any() == judged

@@ -1,0 +1,58 @@
+"""What passes is no failure; what lasts, ends the flight, or is seen in many ways may be one."""
+
+import pytest
+
+from .build import alarms_of, bank_of, model, named, row
+from .test_ranking import BANK, answer, pairs
+
+PAIR = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+(ONLY,) = range(len(PAIR.generators))
+MOMENTARY = """
+variables:
+  v: {unit: m/s}
+equations:
+  rate: {text: "v = der(x)"}
+  steady: {text: "v = 0", fault: gps.steady, component: gps, solves: []}
+"""
+
+
+def accused(*interval, bank=PAIR, rows=(ONLY,), **more):
+    return named(answer({place: [interval] for place in rows}, bank=bank, **more).findings)
+
+
+@pytest.mark.parametrize(
+    ("interval", "lasts"),
+    [((40, 47), False), ((40, 48), True), ((85, 91), True), ((85, 89), False)],
+)
+def test_short_alarm_of_one_test_is_passing_if_the_flight_goes_on(interval, lasts):
+    assert bool(accused(*interval)) == lasts
+
+
+def test_short_alarm_of_three_tests_is_not():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"], "radar": ["x"], "sun": ["x"]}))
+    rows = [i for i, g in enumerate(bank.generators) if "GPS.x" in g.faults]
+    assert len(rows) == 3
+    assert accused(40, 44, bank=bank, rows=rows) == ["gps"]
+    two = row(BANK, "GPS.x", "BARO.x"), row(BANK, "GPS.x", "RADAR.x")
+    assert accused(40, 44, bank=BANK, rows=two) == []
+
+
+def test_one_long_alarm_among_short_ones_counts():
+    found = answer({ONLY: [(20, 23), (30, 39), (45, 48)]}, bank=PAIR).findings
+    assert len(found) == 1
+    assert found[0].onset == 20.0
+
+
+def test_step_in_what_only_changes_show_is_not_passing():
+    text = model({"gps": ["x"]}).replace("variables:\n", "variables:\n  v: {unit: m/s}\n")
+    bank = bank_of(text + MOMENTARY.partition("equations:")[2].join(["equations:", ""]))
+    (only,) = range(len(bank.generators))
+    assert accused(40, 42, bank=bank, rows=(only,)) == ["gps"]
+
+
+def test_what_follows_from_a_passing_alarm_is_no_consequence():
+    raised = {**pairs("gps", "x", (40, 44)), row(BANK, "ESTIMATOR.y", "CAMERA.y"): [(42, 46)]}
+    found = answer(raised)
+    assert all(f.component != "gps" for f in found.findings)
+    assert alarms_of(BANK, raised).alarm.any()
+    assert found.consequences == ()
