@@ -89,8 +89,13 @@ def read_dataflash_text(path: Path, data: Bytes, *, system: int | None = None) -
     ]
     free = [clean_text(_decoded(data, *line)) for line in found.strange[heading].tolist()]
     return make_log(
-        path, "dataflash_text", data, found.tables, findings, heading=[x for x in free if x]
+        path, "dataflash_text", data, found.tables, findings, heading=[x for x in free if _tells(x)]
     )
+
+
+def _tells(line: str) -> bool:
+    """Return whether a line before the records says more than which log of the board it is."""
+    return bool(line) and not line.isdecimal()
 
 
 def _decoded(data: Bytes, low: int, high: int) -> str:
