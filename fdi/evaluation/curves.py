@@ -69,7 +69,9 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True)
-class _Subject:
+class Sensor:
+    """A channel into which faults can be put; ``accuracy`` in its SI unit."""
+
     channel: str
     component: str
     unit: str
@@ -113,7 +115,7 @@ def curves(
     plans = []
     for label in healthy:
         log = read(label.path)
-        subjects = [s for s in _subjects(log) if not channels or s.channel in channels]
+        subjects = [s for s in sensors(log) if not channels or s.channel in channels]
         starts = _moments(log, moments, label.evaluate_until)
         plain = InjectedJob(str(label.path), policy=policy)
         faults = [
@@ -152,7 +154,7 @@ def analyze_injected(job: Job) -> Row:
         return {**analyze_log(Job(str(path), job.model, job.policy)), "path": job.path}
 
 
-def _subjects(log: Log) -> Iterator[_Subject]:
+def sensors(log: Log) -> Iterator[Sensor]:
     """Yield the channels of sensors that the model measures as they are, with an accuracy.
 
     One that reads the same all the time (zeros: no sensor is fitted) is none to put a fault into.
@@ -169,10 +171,10 @@ def _subjects(log: Log) -> Iterator[_Subject]:
         if name in seen or one.raw or one.value is not None or not unit or is_still:
             continue
         seen.add(name)
-        yield _Subject(name, one.component, unit, one.accuracy)
+        yield Sensor(name, one.component, unit, one.accuracy)
 
 
-def _sizes(one: _Subject, kind: CurveKind, steps: Sequence[float]) -> list[float]:
+def _sizes(one: Sensor, kind: CurveKind, steps: Sequence[float]) -> list[float]:
     reached = REACHED_S if kind == "drift" else 1.0
     return [one.accuracy * step / reached for step in steps]
 
@@ -187,7 +189,7 @@ def _moments(log: Log, count: int, until: float | None) -> list[float]:
 
 
 def _curves_of(
-    label: Label, subjects: Sequence[_Subject], jobs: Sequence[InjectedJob], found: Sequence[Row]
+    label: Label, subjects: Sequence[Sensor], jobs: Sequence[InjectedJob], found: Sequence[Row]
 ) -> Iterator[Curve]:
     until = float("inf") if label.evaluate_until is None else label.evaluate_until
     healthy = {f["component"] for f in found[0]["findings"] if f["onset_s"] <= until}
