@@ -30,6 +30,7 @@ from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.report.words import clean, number
 from fdi.telemetry import Log, read
+from fdi.units import customary
 
 Progress = Callable[[str, float], None]
 CurveKind = Literal["bias", "drift", "noise"]
@@ -223,32 +224,43 @@ def _outcome(
     return bool(new), named
 
 
-def smallest(curve: Curve, of: Callable[[Point], Rate]) -> float | None:
-    """Return the size from which on every fault is detected (or named); None: not within these."""
+def smallest(curve: Curve, of: Callable[[Point], Rate], share: float = 1.0) -> float | None:
+    """Return the size from which on such a share is detected (or named); None: not within these."""
     found = None
     for point in sorted(curve.points, key=lambda p: -p.size):
-        if of(point).share != 1.0:
+        if (of(point).share or 0.0) < share:
             break
         found = point.size
     return found
 
 
 def curves_text(found: Sequence[Curve], kind: CurveKind) -> str:
-    """Return the table: from which size on a fault is detected, and named."""
-    per = "/s" if kind == "drift" else ""
-    head = ("flight", "channel", "component", "accuracy", "detected from", "named from")
-    lines = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    """Return the table: from which size on half of the faults, or all, are detected, and named."""
+    head = ("flight", "channel", "component", "accuracy", "half detected", "all detected")
+    lines = [f"| {' | '.join((*head, 'half named', 'all named'))} |", "| --- " * 8 + "|"]
     for one in found:
-        accuracy = f"{number(one.accuracy)} {one.unit}"
-        sizes = [smallest(one, lambda p: p.detected), smallest(one, lambda p: p.named)]
+        sizes = [
+            smallest(one, of, share)
+            for of in (lambda p: p.detected, lambda p: p.named)
+            for share in (0.5, 1.0)
+        ]
         last = max(point.size for point in one.points)
         told = [
-            f"not up to {number(last)}" if size is None else f"{number(size)} {one.unit}{per}"
+            f"not up to {sized(last, one.unit, kind)}"
+            if size is None
+            else f"from {sized(size, one.unit, kind)}"
             for size in sizes
         ]
+        accuracy = sized(one.accuracy, one.unit)
         cells = (clean(one.flight), one.channel, one.component, accuracy, *told)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def sized(value: float, unit: str, kind: CurveKind = "bias") -> str:
+    """Return a difference of values in a customary unit."""
+    name, scale, _ = customary(unit)
+    return f"{number(scale * value, 3)} {name}{'/s' if kind == 'drift' else ''}"
 
 
 def curves_document(found: Sequence[Curve], kind: CurveKind) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import argparse
 import os
 import sys
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 
 from flights import SHARED
@@ -34,22 +34,25 @@ def main() -> int:
                 for name in given.relations
                 for flight in RELATIONS[name].flights
             ]
-            found = [task.result() for task in tasks]
+            found = []
+            for task in as_completed(tasks):
+                found.append(task.result())
+                if found[-1].failure:
+                    print("fails: {}: {}: {}".format(*found[-1]), flush=True)
     return told(found)
 
 
 def told(found: list[Outcome]) -> int:
-    """Print the table and the failures."""
+    """Print the table."""
+    order = list(RELATIONS)
+    found.sort(key=lambda one: (order.index(one.relation), one.flight))
     print(f"{'relation':18}{'flights':>8}{'hold':>6}{'fail':>6}{'CPU s':>8}")
     for name in dict.fromkeys(one.relation for one in found):
         own = [one for one in found if one.relation == name and one.failure != ""]
         held = sum(one.failure is None for one in own)
         seconds = sum(one.seconds for one in own)
         print(f"{name:18}{len(own):8}{held:6}{len(own) - held:6}{seconds:8.0f}")
-    failures = [one for one in found if one.failure]
-    for one in failures:
-        print(f"fails: {one.relation}: {one.flight}: {one.failure}")
-    return 1 if failures else 0
+    return 1 if any(one.failure for one in found) else 0
 
 
 if __name__ == "__main__":

@@ -31,4 +31,6 @@ def ask(relation: str, flight: str) -> Outcome:
         except AssertionError as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
             failure = (str(error) or f"{place.name}: {place.line}").splitlines()[0]
+        except Exception as error:  # noqa: BLE001 - a defect is a failure of this flight alone
+            failure = f"a defect: {error!r}"
     return Outcome(relation, flight, failure, time.process_time() - start)

@@ -177,7 +177,7 @@ def removed(case: Case, folder: Path) -> None:
 def streams(log: Log) -> list[str]:
     """Return the log's own messages that its model makes use of."""
     system = load_airframe(choose_model(log)).observe(log)
-    used = {channel.source for channel in system.channels}
+    used = {request.channel.source for request in system.channels}
     return sorted({log[key].made_from or key for key in used})
 
 
