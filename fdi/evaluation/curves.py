@@ -5,6 +5,8 @@ were detected and named, against their size. Sizes are multiples of the accuracy
 states for the channel (a drift: reached after `REACHED_S`). Each is injected at several moments of
 the flight and lasts to its end; one of them alone is a log of its own, analysed like any other.
 
+A log that cannot be analysed with the fault counts as one on which it was not detected.
+
 *Detected*: a component is accused, with an onset no more than 2 s before the fault, that is not
 accused on the healthy flight. *Named*: the channel's own component is, in the first place.
 """
@@ -19,8 +21,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from fdi.errors import FdiError, UsageError
-from fdi.evaluation.inject import injected
+from fdi.errors import FdiError, LogError, UsageError
+from fdi.evaluation.inject import home, injected
 from fdi.evaluation.injected_fault import InjectedFault
 from fdi.evaluation.labels import Label
 from fdi.evaluation.score import EARLY_S
@@ -109,6 +111,8 @@ def curves(
     ------
     UsageError
         No flight is healthy, or in a format that can be rewritten.
+    LogError
+        A healthy flight cannot be analysed.
     """
     healthy = [one for one in labels if one.use == "diagnosis" and not one.faults]
     if not healthy:
@@ -171,6 +175,10 @@ def sensors(log: Log) -> Iterator[Sensor]:
         is_still = np.nanmin(value) == np.nanmax(value)
         if name in seen or one.raw or one.value is not None or not unit or is_still:
             continue
+        try:
+            home(log, one.channel)
+        except UsageError:  # made of several fields of the log
+            continue
         seen.add(name)
         yield Sensor(name, one.component, unit, one.accuracy)
 
@@ -192,12 +200,14 @@ def _moments(log: Log, count: int, until: float | None) -> list[float]:
 def _curves_of(
     label: Label, subjects: Sequence[Sensor], jobs: Sequence[InjectedJob], found: Sequence[Row]
 ) -> Iterator[Curve]:
+    if found[0]["error"] is not None:
+        raise LogError(f"cannot be analysed: {found[0]['error']}", where=label.key)
     until = float("inf") if label.evaluate_until is None else label.evaluate_until
     healthy = {f["component"] for f in found[0]["findings"] if f["onset_s"] <= until}
     for one in subjects:
         results: dict[float, list[tuple[bool, bool]]] = {}
         for job, row in zip(jobs[1:], found[1:], strict=True):
-            if job.fault is not None and job.fault.target == one.channel and row["error"] is None:
+            if job.fault is not None and job.fault.target == one.channel:
                 outcome = _outcome(row, job.fault.start, one.component, until, healthy)
                 results.setdefault(job.fault.size, []).append(outcome)
         points = tuple(

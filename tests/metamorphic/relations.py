@@ -6,7 +6,6 @@ that has nothing to say about a flight raises `NotAskedError`.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +23,7 @@ from flights import (
 )
 
 from fdi.analysis import analyze
-from fdi.errors import FdiError, UsageError
+from fdi.errors import FdiError
 from fdi.evaluation.curves import InjectedJob, analyze_injected, sensors
 from fdi.evaluation.inject import home, injected
 from fdi.evaluation.injected_fault import InjectedFault
@@ -213,8 +212,7 @@ def noise(case: Case, folder: Path) -> None:
         log = read(path)
         size = NOISE * one.accuracy
         fault = InjectedFault(one.channel, "noise", size, log.span[0], float("inf"))
-        with suppress(UsageError):  # made of several fields of the log
-            path.write_bytes(injected(log, fault))
+        path.write_bytes(injected(log, fault))
     assert path.read_bytes() != case.path.read_bytes()
     document = analysed(path.read_bytes(), case, folder)
     new = accused(document) - accused(document_of(case.path))
