@@ -1,6 +1,7 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      everything that has to be green: style, types, import rules, tests, notebook
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
+# make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
 # make soak      200,000 mutated logs through all readers (hours); COUNT=2000 tries fewer
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
@@ -14,7 +15,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test lint conformance soak bench figures clean
+.PHONY: analyze test lint conformance metamorphic soak bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -32,6 +33,9 @@ lint: $(VENV)/.installed-test
 
 conformance: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.conformance
+
+metamorphic: $(VENV)/.installed-test
+	PYTHONPATH=tests $(BIN)/python -m metamorphic
 
 COUNT ?= 200000
 

@@ -2,98 +2,126 @@
 
     .venv/bin/python benchmarks/evaluation.py [--write] [--inject] [--workers N]
 
-Runs ``fdi evaluate`` on ../shared/flights beside the repository and prints its tables; with
-``--inject`` those of detection against size on a real plane and a real multicopter. ``--write``
-puts them between the markers of docs/evaluation.md, and the pictures into docs/images.
+Does what ``fdi evaluate`` does on ../shared/flights beside the repository and prints its tables;
+with ``--inject`` those of detection against size on a real plane and a real multicopter. With
+``--write`` they go between the markers of docs/evaluation.md, and the pictures into docs/images.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-import subprocess
+import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
+
+from fdi.evaluation import Evaluation, evaluate, load_labels, select
+from fdi.evaluation.calibration import reliability
+from fdi.evaluation.curves import Curve, curves, curves_text, sized
+from fdi.evaluation.tables import evaluation_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parents[1]
 LABELS = ROOT.parent / "shared" / "flights" / "labels.json"
 PAGE = ROOT / "docs" / "evaluation.md"
 IMAGES = ROOT / "docs" / "images"
-FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
+MOMENTS: Final = 4
 SUBJECTS: Final = {
     "plane": "alfa/no_failure_5.tlog",
     "multicopter": "propeller_cut/good_prop_hover_1.bin",
 }
 
 
-def told(words: list[str]) -> str:
-    """Return what the command line prints."""
-    done = subprocess.run(FDI + words, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    return done.stdout
+def progress(name: str, share: float) -> None:
+    """Show how far it is, on a terminal only."""
+    if sys.stderr.isatty():
+        print(f"\r{share:4.0%} {name:60.60}", end="", file=sys.stderr)
 
 
-def scored(workers: int) -> str:
-    tables = told(["evaluate", str(LABELS), "--workers", str(workers)])
-    command = f"fdi evaluate ../shared/flights/labels.json --workers {workers}"
-    return f"`{command}` printed:\n\n{tables}"
+def scored(workers: int, draw: bool) -> str:
+    """Return the tables of `fdi evaluate`, and draw confidence against rightness."""
+    found = evaluate(load_labels(LABELS), workers=workers, progress=progress)
+    command = "fdi evaluate ../shared/flights/labels.json"
+    text = f"`{command}` printed:\n\n{evaluation_text(found)}"
+    if draw:
+        save(reliability_diagram(found), "reliability.png")
+        text += "\n![Confidence against the share of right accusations](images/reliability.png)\n"
+    return text
+
+
+def reliability_diagram(found: Evaluation) -> Figure:
+    """Draw the share of right accusations, with its interval, against the stated confidence."""
+    plt = pyplot()
+    bins = reliability(found)
+    figure, axis = plt.subplots(figsize=(4.6, 4))
+    axis.plot([0, 1], [0, 1], color="0.7", linewidth=1, label="as stated")
+    for one in bins:
+        low, high = one.right.interval
+        axis.plot([one.mean, one.mean], [low, high], color="tab:blue", linewidth=1)
+        axis.annotate(f"{one.right.of}", (one.mean, high), ha="center", va="bottom", fontsize=7)
+    shares = [one.right.share for one in bins]
+    axis.plot(
+        [one.mean for one in bins],
+        shares,
+        "o",
+        color="tab:blue",
+        label="accusations, 95 % interval",
+    )
+    axis.set(xlim=(0, 1.02), ylim=(0, 1.06), xlabel="stated confidence", ylabel="share right")
+    axis.legend(loc="upper left", fontsize=8)
+    return figure
 
 
 def sizes(workers: int, draw: bool) -> str:
     """Return the tables of detection against size, and draw the pictures."""
     parts = []
+    labels = load_labels(LABELS)
     for name, flight in SUBJECTS.items():
-        words = ["evaluate", str(LABELS), "--inject", "--only", flight, "--workers", str(workers)]
-        curves = json.loads(told([*words, "--json"]))["curves"]
-        parts.append(f"### {name.capitalize()}\n\n{table(curves)}\n")
+        chosen = select(labels, [flight])
+        found = curves(chosen, moments=MOMENTS, workers=workers, progress=progress)
+        command = f"fdi evaluate ../shared/flights/labels.json --inject --only {flight}"
+        parts.append(f"### {name.capitalize()}\n\n`{command} --moments {MOMENTS}` printed:\n")
+        parts.append(curves_text(found, "bias"))
         if draw:
-            picture(curves, IMAGES / f"injection_{name}.png")
+            save(shares_by_size(found), f"injection_{name}.png")
             parts.append(f"![Detection against size, {name}](images/injection_{name}.png)\n")
     return "\n".join(parts)
 
 
-def table(curves: list[dict[str, Any]]) -> str:
-    from fdi.evaluation.curves import Curve, Point, curves_text
-    from fdi.evaluation.totals import Rate
-
-    made = [
-        Curve(
-            one["log"],
-            one["channel"],
-            one["component"],
-            one["unit"],
-            one["accuracy"],
-            tuple(
-                Point(p["size"], Rate(p["detected"], p["of"]), Rate(p["named"], p["of"]))
-                for p in one["points"]
-            ),
-        )
-        for one in curves
-    ]
-    return curves_text(made, "bias")
-
-
-def picture(curves: list[dict[str, Any]], path: Path) -> None:
+def shares_by_size(found: Sequence[Curve]) -> Figure:
     """Draw the share of detected (left) and named (right) faults, a row per channel."""
+    plt = pyplot()
+    names = [f"{one.channel} ({sized(one.accuracy, one.unit)})" for one in found]
+    steps = [f"{point.size / found[0].accuracy:.0f}" for point in found[0].points]
+    figure, axes = plt.subplots(1, 2, figsize=(8.4, 1 + 0.24 * len(names)), sharey=True)
+    for axis, what in zip(axes, ("detected", "named"), strict=True):
+        shares = [[getattr(point, what).share for point in one.points] for one in found]
+        image = axis.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        axis.set_xticks(range(len(steps)), steps)
+        axis.set_yticks(range(len(names)), names, fontsize=7)
+        axis.set_xlabel("bias, in accuracies of the channel")
+        axis.set_title(what, fontsize=9)
+    figure.colorbar(image, ax=axes, label="share of the faults", fraction=0.04, pad=0.02)
+    return figure
+
+
+def pyplot():  # type: ignore[no-untyped-def]
+    """Return matplotlib's plotting without a display."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    names = [one["channel"] for one in curves]
-    steps = [round(p["size"] / curves[0]["accuracy"]) for p in curves[0]["points"]]
-    figure, axes = plt.subplots(1, 2, figsize=(8, 1 + 0.24 * len(names)), sharey=True)
-    for axis, what in zip(axes, ("detected", "named"), strict=True):
-        shares = [[p[what] / p["of"] for p in one["points"]] for one in curves]
-        axis.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-        axis.set_xticks(range(len(steps)), [str(step) for step in steps])
-        axis.set_yticks(range(len(names)), names, fontsize=7)
-        axis.set_xlabel("bias, in accuracies of the channel")
-        axis.set_title(f"{what}: white none, dark all", fontsize=9)
-    figure.tight_layout()
-    path.parent.mkdir(exist_ok=True)
-    figure.savefig(path, dpi=90, metadata={"Software": None})
-    plt.close(figure)
+    return plt
+
+
+def save(figure: Figure, name: str) -> None:
+    """Write a picture, small and the same for the same figures."""
+    IMAGES.mkdir(exist_ok=True)
+    figure.savefig(IMAGES / name, dpi=90, bbox_inches="tight", metadata={"Software": None})
 
 
 def put(text: str, marker: str) -> None:
@@ -109,12 +137,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="put them into docs/evaluation.md")
     parser.add_argument("--inject", action="store_true", help="detection against size instead")
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
     if not LABELS.is_file():
         print(f"skipped: {LABELS} is not here")
         return 0
-    text = sizes(given.workers, given.write) if given.inject else scored(given.workers)
+    text = (sizes if given.inject else scored)(given.workers, given.write)
     print(text)
     if given.write:
         put(text, "injection" if given.inject else "evaluation")

@@ -6,9 +6,9 @@ is there; when all are, the table takes its name and the lines go away. With ``r
 an older table and of such lines are kept where the log (size and time of change), the version,
 model and policy are the same; only a log whose worker died is tried again.
 
-Columns are those of `fdi.fleet.analyze_log`: ``accused`` and ``warnings`` are lists of text,
-``findings`` and ``quality`` lists of structs, ``timings_s`` a map, ``fingerprint`` what a row is
-known by when work is resumed.
+Columns are those of `fdi.fleet.analyze_log`: ``accused``, ``consequences``, ``ruled_out``,
+``not_testable`` and ``warnings`` are lists of text, ``findings`` and ``quality`` lists of structs,
+``timings_s`` a map, ``fingerprint`` what a row is known by when work is resumed.
 """
 
 from __future__ import annotations
@@ -63,6 +63,9 @@ _COLUMNS: Final[dict[str, Any]] = {
     "verdict": "string",
     "accused": ["string"],
     "findings": [_FINDING],
+    "consequences": ["string"],
+    "ruled_out": ["string"],
+    "not_testable": ["string"],
     "quality": [{"kind": "string", "count": "int64", "text": "string"}],
     "warnings": ["string"],
     "timings_s": "map",

@@ -96,6 +96,9 @@ def _empty(job: Job) -> Row:
         "verdict": None,
         "accused": [],
         "findings": [],
+        "consequences": [],
+        "ruled_out": [],
+        "not_testable": [],
         "quality": [],
         "warnings": [],
         "timings_s": {},
@@ -125,6 +128,10 @@ def _told(found: Analysis) -> Row:
         "verdict": found.verdict,
         "accused": list(dict.fromkeys(finding.component for finding in found.findings)),
         "findings": [_finding(item) for item in tree["findings"]],
+        **{
+            part: list(dict.fromkeys(item["component"] for item in tree[part]))
+            for part in ("consequences", "ruled_out", "not_testable")
+        },
         "quality": [
             {"kind": item["kind"], "count": item["count"], "text": item["text"]}
             for item in tree["quality"]

@@ -56,10 +56,13 @@ def test_a_cluster_gives_the_same_rows(logs, tmp_path):
     jobs = [Job(path) for path in find_logs([str(logs)])]
     here = batch(jobs, tmp_path / "here.parquet")
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None
+        n_workers=2, threads_per_worker=1, dashboard_address=None
     ) as cluster:
         there = batch(jobs, tmp_path / "there.parquet", cluster=cluster.scheduler_address)
     assert untimed(there) == untimed(here)
+    assert untimed(pq.read_table(tmp_path / "there.parquet").to_pylist()) == untimed(
+        pq.read_table(tmp_path / "here.parquet").to_pylist()
+    )
 
 
 def fake_rows(jobs, **_):

@@ -20,7 +20,7 @@ linear systems, IEEE Trans. AC 21(1), 1976. Basseville, Nikiforov: Detection of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -99,6 +99,8 @@ class Scene:
     covariance : (k, k) float
     inflation : float
         By how much correlation over time widens variances.
+    late, never : (k,) bool
+        Rows that hold what the component disturbs, and those of them that never count.
     end : float
         s; nothing later counts.
     """
@@ -113,6 +115,8 @@ class Scene:
     calm: Floats
     covariance: Floats
     inflation: float
+    late: NDArray[np.bool_]
+    never: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +187,7 @@ def hypotheses(bank: Bank, component: str) -> list[Hypothesis]:
     return result
 
 
-def scene(alarms: Alarms, onset: float, start: float, end: float) -> Scene | None:
+def scene(alarms: Alarms, component: str, onset: float, start: float, end: float) -> Scene | None:
     """Return the residuals around an onset in a flight from ``start`` to ``end``, s.
 
     None where too little of the flight lies before it to know what is usual.
@@ -223,6 +227,7 @@ def scene(alarms: Alarms, onset: float, start: float, end: float) -> Scene | Non
         z[:, calm],
         covariance,
         inflation,
+        *_disturbed(bank, rows, component),
     )
 
 
@@ -241,15 +246,17 @@ def _joint(z: Floats, rate: float) -> tuple[Floats, float]:
     return covariance, (1.0 + memory) / (1.0 - memory)
 
 
-def _disturbed(where: Scene, component: str) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _disturbed(
+    bank: Bank, rows: NDArray[np.intp], component: str
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return which rows, (k,), hold a fault of what a component disturbs, and which never count.
 
     A state is inert and follows late, but its rate follows at once.
     """
-    system = where.bank.system
+    system = bank.system
     names = set(system.components[component].affects) - {component}
     owner = {fault.name: fault.component for fault in system.faults}
-    generators = [where.bank.generators[row] for row in where.rows]
+    generators = [bank.generators[row] for row in rows]
     late = [bool({owner[name] for name in g.faults} & names) for g in generators]
     rate = [any(system.equations[e].differential for e in g.equations) for g in generators]
     return np.array(late, dtype=bool), np.array(late, dtype=bool) & np.array(rate, dtype=bool)
@@ -266,30 +273,47 @@ class Extent:
     disturbed: float = FOLLOWS_S
 
 
+def directions(
+    where: Scene, hypothesis: Hypothesis, moments: Sequence[float]
+) -> dict[float, Floats]:
+    """Return along which direction, (k, n), a small fault moves the residuals, over their spread.
+
+    By the time, s, from which on it is there; ``moments`` are against the onset.
+    """
+    times = [where.onset + moment for moment in moments]
+    return {since: _direction(where, hypothesis, since, hypothesis.probe) for since in times}
+
+
 def fit(
-    where: Scene, hypothesis: Hypothesis, extent: Extent, moments: Sequence[float]
+    where: Scene, hypothesis: Hypothesis, extent: Extent, begun: Mapping[float, Floats]
 ) -> Fit | None:
-    """Return the best fit of a fault that began at one of the moments, s against the onset."""
-    best: _Match | None = None
-    for moment in moments:
-        found = _match(where, hypothesis, where.onset + moment, hypothesis.probe, extent)
-        if found is not None and (best is None or found.gain > best.gain):
-            best = found
-    if best is None:
-        return None
-    for _ in range(TURNS):
-        again = _match(where, hypothesis, best.since, best.value, extent, edge_s=EDGE_S)
-        if again is None or not again.value:
+    """Return the best fit of a fault along the directions of :func:`directions`."""
+    best = _likeliest(where, hypothesis, extent, begun)
+    for turn in range(TURNS):
+        if best is None or not best.value:
             return None
-        best = again
-    whole = _match(where, hypothesis, best.since, best.value, extent)
-    return None if whole is None else _judged(where, hypothesis, best, whole.gain)
+        direction = _direction(where, hypothesis, best.since, best.value)
+        whole = _match(where, hypothesis, best.since, direction, extent)
+        best = _match(where, hypothesis, best.since, direction, extent, edge_s=EDGE_S)
+        if turn == TURNS - 1 and best is not None and whole is not None:
+            return _judged(where, hypothesis, best, whole.gain, best.value * direction)
+    return None
 
 
-def gain(where: Scene, hypothesis: Hypothesis, extent: Extent, moments: Sequence[float]) -> float:
-    """Return what the best fit gains, roughly: the direction is taken at a small size."""
-    tried = (_match(where, hypothesis, where.onset + m, hypothesis.probe, extent) for m in moments)
-    return max((found.gain for found in tried if found is not None), default=0.0)
+def gain(
+    where: Scene, hypothesis: Hypothesis, extent: Extent, begun: Mapping[float, Floats]
+) -> float:
+    """Return what the best fit gains, roughly: the directions are those of a small size."""
+    found = _likeliest(where, hypothesis, extent, begun)
+    return 0.0 if found is None else found.gain
+
+
+def _likeliest(
+    where: Scene, hypothesis: Hypothesis, extent: Extent, begun: Mapping[float, Floats]
+) -> _Match | None:
+    tried = (_match(where, hypothesis, since, s, extent) for since, s in begun.items())
+    known = [found for found in tried if found is not None and found.value]
+    return max(known, key=lambda found: found.gain, default=None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -330,7 +354,7 @@ def _match(
     where: Scene,
     hypothesis: Hypothesis,
     since: float,
-    size: float,
+    direction: Floats,
     extent: Extent,
     *,
     edge_s: float = 0.0,
@@ -341,15 +365,13 @@ def _match(
     must explain the same samples.
     """
     t = where.piece.t
-    direction = _direction(where, hypothesis, since, size)
-    late, never = _disturbed(where, hypothesis.component)
-    rows = np.flatnonzero((np.nan_to_num(direction) != 0.0).any(axis=1) & ~never)
+    rows = np.flatnonzero((np.nan_to_num(direction) != 0.0).any(axis=1) & ~where.never)
     first = where.onset + min(BEGAN_S["drift"])
     inside = (t >= first) & (t < min(where.onset + extent.length, where.end))
     inside &= np.abs(t - since - 0.5 * edge_s) >= edge_s
     z, s = where.z[np.ix_(rows, inside)], direction[np.ix_(rows, inside)]
     known = np.isfinite(z) & np.isfinite(s)
-    known &= ~(late[rows][:, None] & (t[inside] >= where.onset + extent.disturbed))
+    known &= ~(where.late[rows][:, None] & (t[inside] >= where.onset + extent.disturbed))
     shown = t[inside][known.any(axis=0) & (t[inside] >= since)]
     if len(shown) < LEAST_SAMPLES:
         return None
@@ -361,7 +383,9 @@ def _match(
     return _Match(since, rows, inside, known, z, s, weights, a, b) if a > 0 else None
 
 
-def _judged(where: Scene, hypothesis: Hypothesis, found: _Match, gained: float) -> Fit:
+def _judged(
+    where: Scene, hypothesis: Hypothesis, found: _Match, gained: float, moved: Floats
+) -> Fit:
     value = found.value
     after = where.piece.t[found.inside] >= found.since
     rest = float(((found.z - value * found.s)[:, after] ** 2).sum())
@@ -384,7 +408,7 @@ def _judged(where: Scene, hypothesis: Hypothesis, found: _Match, gained: float) 
         left,
         1.0 - rest / whole if whole > 0 else 0.0,
         _halves(found.s, found.z, value),
-        value * _direction(where, hypothesis, found.since, value),
+        moved,
     )
 
 
@@ -393,8 +417,9 @@ def _whitened(
 ) -> tuple[Floats, Floats, Floats]:
     """Return z and s with their rows made independent, and the weights of z in their product."""
     result = tuple(np.zeros(z.shape) for _ in range(3))
-    codes = 2 ** np.arange(len(known)) @ known  # which rows are known, a number per sample
-    for code in np.unique(codes):
+    _, codes = np.unique(np.packbits(known, axis=0), axis=1, return_inverse=True)
+    codes = codes.ravel()  # which rows are known, a number per sample
+    for code in range(codes.max(initial=-1) + 1):
         columns = np.flatnonzero(codes == code)
         rows = np.flatnonzero(known[:, columns[0]])
         if not len(rows):

@@ -11,7 +11,7 @@ Only a sensor reads too high or too low; what else fails has no size here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -25,14 +25,18 @@ from fdi.diagnosis.direction import (
     Fit,
     Hypothesis,
     Scene,
+    directions,
     fit,
     gain,
     hypotheses,
     scene,
 )
 from fdi.diagnosis.values import Size
+from fdi.model.evaluate import Floats
 from fdi.residuals import Bank
 
+Begun = Mapping[Hypothesis, Mapping[float, Floats]]
+"""The directions of faults, by when they began."""
 LENGTHS: Final = (20.0, 10.0, 6.0, 4.0)
 """s after the onset that may count, in the order of trial."""
 ROUGHLY: Final = 4
@@ -75,7 +79,7 @@ def size_of(
     """
     bank = alarms.residuals.bank
     tried = [h for h in hypotheses(bank, component) if _concerned(h, rows, bank)]
-    where = scene(alarms, onset, *span) if tried else None
+    where = scene(alarms, component, onset, *span) if tried else None
     if where is None:
         return None
     finalists = _finalists(where, tried)
@@ -92,20 +96,24 @@ def size_of(
     return None
 
 
-def _finalists(where: Scene, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _finalists(where: Scene, tried: Sequence[Hypothesis]) -> Begun:
     """Return the faults that explain most, roughly, over the longest or the shortest time."""
+    rough = {h: directions(where, h, BEGAN_S[h.shape][::ROUGHLY]) for h in tried}
     found: dict[Hypothesis, None] = {}
     for length in (LENGTHS[0], LENGTHS[-1]):
         extent = Extent(length, FOLLOWS_S)
-        rough = {h: gain(where, h, extent, BEGAN_S[h.shape][::ROUGHLY]) for h in tried}
-        found.update(dict.fromkeys(sorted(tried, key=lambda h: -rough[h])[:FINALISTS]))
-    return list(found)
+        gains = {h: gain(where, h, extent, begun) for h, begun in rough.items()}
+        found.update(dict.fromkeys(sorted(tried, key=lambda h: -gains[h])[:FINALISTS]))
+    return {h: directions(where, h, BEGAN_S[h.shape]) for h in found}
 
 
-def _best(where: Scene, tried: Sequence[Hypothesis], extent: Extent) -> list[Fit]:
+def _best(where: Scene, finalists: Begun, extent: Extent) -> list[Fit]:
     """Return the fits of faults, best first."""
-    able = [h for h in tried if h.shape == "bias" or extent.length >= LEAST_DRIFT_S]
-    fits = (fit(where, h, extent, BEGAN_S[h.shape]) for h in able)
+    fits = [
+        fit(where, h, extent, begun)
+        for h, begun in finalists.items()
+        if h.shape == "bias" or extent.length >= LEAST_DRIFT_S
+    ]
     return sorted((found for found in fits if found is not None), key=lambda found: -found.gain)
 
 

@@ -16,7 +16,7 @@ from fdi.evaluation.totals import Rate
 if TYPE_CHECKING:
     from fdi.evaluation.run import Evaluation
 
-EDGES: Final = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+EDGES: Final = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

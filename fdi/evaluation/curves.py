@@ -5,6 +5,8 @@ were detected and named, against their size. Sizes are multiples of the accuracy
 states for the channel (a drift: reached after `REACHED_S`). Each is injected at several moments of
 the flight and lasts to its end; one of them alone is a log of its own, analysed like any other.
 
+A log that cannot be analysed with the fault counts as one on which it was not detected.
+
 *Detected*: a component is accused, with an onset no more than 2 s before the fault, that is not
 accused on the healthy flight. *Named*: the channel's own component is, in the first place.
 """
@@ -19,8 +21,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from fdi.errors import FdiError, UsageError
-from fdi.evaluation.inject import injected
+from fdi.errors import FdiError, LogError, UsageError
+from fdi.evaluation.inject import home, injected
 from fdi.evaluation.injected_fault import InjectedFault
 from fdi.evaluation.labels import Label
 from fdi.evaluation.score import EARLY_S
@@ -30,6 +32,7 @@ from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.report.words import clean, number
 from fdi.telemetry import Log, read
+from fdi.units import customary
 
 Progress = Callable[[str, float], None]
 CurveKind = Literal["bias", "drift", "noise"]
@@ -69,7 +72,9 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True)
-class _Subject:
+class Sensor:
+    """A channel into which faults can be put; ``accuracy`` in its SI unit."""
+
     channel: str
     component: str
     unit: str
@@ -106,6 +111,8 @@ def curves(
     ------
     UsageError
         No flight is healthy, or in a format that can be rewritten.
+    LogError
+        A healthy flight cannot be analysed.
     """
     healthy = [one for one in labels if one.use == "diagnosis" and not one.faults]
     if not healthy:
@@ -113,7 +120,7 @@ def curves(
     plans = []
     for label in healthy:
         log = read(label.path)
-        subjects = [s for s in _subjects(log) if not channels or s.channel in channels]
+        subjects = [s for s in sensors(log) if not channels or s.channel in channels]
         starts = _moments(log, moments, label.evaluate_until)
         plain = InjectedJob(str(label.path), policy=policy)
         faults = [
@@ -152,7 +159,7 @@ def analyze_injected(job: Job) -> Row:
         return {**analyze_log(Job(str(path), job.model, job.policy)), "path": job.path}
 
 
-def _subjects(log: Log) -> Iterator[_Subject]:
+def sensors(log: Log) -> Iterator[Sensor]:
     """Yield the channels of sensors that the model measures as they are, with an accuracy.
 
     One that reads the same all the time (zeros: no sensor is fitted) is none to put a fault into.
@@ -168,11 +175,15 @@ def _subjects(log: Log) -> Iterator[_Subject]:
         is_still = np.nanmin(value) == np.nanmax(value)
         if name in seen or one.raw or one.value is not None or not unit or is_still:
             continue
+        try:
+            home(log, one.channel)
+        except UsageError:  # made of several fields of the log
+            continue
         seen.add(name)
-        yield _Subject(name, one.component, unit, one.accuracy)
+        yield Sensor(name, one.component, unit, one.accuracy)
 
 
-def _sizes(one: _Subject, kind: CurveKind, steps: Sequence[float]) -> list[float]:
+def _sizes(one: Sensor, kind: CurveKind, steps: Sequence[float]) -> list[float]:
     reached = REACHED_S if kind == "drift" else 1.0
     return [one.accuracy * step / reached for step in steps]
 
@@ -187,14 +198,16 @@ def _moments(log: Log, count: int, until: float | None) -> list[float]:
 
 
 def _curves_of(
-    label: Label, subjects: Sequence[_Subject], jobs: Sequence[InjectedJob], found: Sequence[Row]
+    label: Label, subjects: Sequence[Sensor], jobs: Sequence[InjectedJob], found: Sequence[Row]
 ) -> Iterator[Curve]:
+    if found[0]["error"] is not None:
+        raise LogError(f"cannot be analysed: {found[0]['error']}", where=label.key)
     until = float("inf") if label.evaluate_until is None else label.evaluate_until
     healthy = {f["component"] for f in found[0]["findings"] if f["onset_s"] <= until}
     for one in subjects:
         results: dict[float, list[tuple[bool, bool]]] = {}
         for job, row in zip(jobs[1:], found[1:], strict=True):
-            if job.fault is not None and job.fault.target == one.channel and row["error"] is None:
+            if job.fault is not None and job.fault.target == one.channel:
                 outcome = _outcome(row, job.fault.start, one.component, until, healthy)
                 results.setdefault(job.fault.size, []).append(outcome)
         points = tuple(
@@ -221,32 +234,43 @@ def _outcome(
     return bool(new), named
 
 
-def smallest(curve: Curve, of: Callable[[Point], Rate]) -> float | None:
-    """Return the size from which on every fault is detected (or named); None: not within these."""
+def smallest(curve: Curve, of: Callable[[Point], Rate], share: float = 1.0) -> float | None:
+    """Return the size from which on such a share is detected (or named); None: not within these."""
     found = None
     for point in sorted(curve.points, key=lambda p: -p.size):
-        if of(point).share != 1.0:
+        if (of(point).share or 0.0) < share:
             break
         found = point.size
     return found
 
 
 def curves_text(found: Sequence[Curve], kind: CurveKind) -> str:
-    """Return the table: from which size on a fault is detected, and named."""
-    per = "/s" if kind == "drift" else ""
-    head = ("flight", "channel", "component", "accuracy", "detected from", "named from")
-    lines = [f"| {' | '.join(head)} |", "| --- " * len(head) + "|"]
+    """Return the table: from which size on half of the faults, or all, are detected, and named."""
+    head = ("flight", "channel", "component", "accuracy", "half detected", "all detected")
+    lines = [f"| {' | '.join((*head, 'half named', 'all named'))} |", "| --- " * 8 + "|"]
     for one in found:
-        accuracy = f"{number(one.accuracy)} {one.unit}"
-        sizes = [smallest(one, lambda p: p.detected), smallest(one, lambda p: p.named)]
+        sizes = [
+            smallest(one, of, share)
+            for of in (lambda p: p.detected, lambda p: p.named)
+            for share in (0.5, 1.0)
+        ]
         last = max(point.size for point in one.points)
         told = [
-            f"not up to {number(last)}" if size is None else f"{number(size)} {one.unit}{per}"
+            f"not up to {sized(last, one.unit, kind)}"
+            if size is None
+            else f"from {sized(size, one.unit, kind)}"
             for size in sizes
         ]
+        accuracy = sized(one.accuracy, one.unit)
         cells = (clean(one.flight), one.channel, one.component, accuracy, *told)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def sized(value: float, unit: str, kind: CurveKind = "bias") -> str:
+    """Return a difference of values in a customary unit."""
+    name, scale, _ = customary(unit)
+    return f"{number(scale * value, 3)} {name}{'/s' if kind == 'drift' else ''}"
 
 
 def curves_document(found: Sequence[Curve], kind: CurveKind) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def injected(log: Log, fault: InjectedFault, *, model: str = "auto") -> bytes:
         )
     changes: dict[str, Change] = {}
     for channel in channels_of(log, fault.target, fault.kind, model):
-        key, field, factor = _home(log, channel)
+        key, field, factor = home(log, channel)
         message = log[key]
         t = _times(message)
         if fault.kind == "dropout":
@@ -94,7 +94,7 @@ def channels_of(log: Log, target: str, kind: str, model: str = "auto") -> Sequen
     return found
 
 
-def _home(log: Log, channel: Channel) -> tuple[str, str, float]:
+def home(log: Log, channel: Channel) -> tuple[str, str, float]:
     """Return key and field of the log's own message, and what its value is multiplied by."""
     message = log[channel.source]
     if message.made_from is None:

@@ -26,10 +26,19 @@ _ANY_MOTOR: Final = ("motor", "propeller")
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One flight, scored; ``delay`` is alarm minus onset of the first right accusation, s.
+    """One flight, scored.
 
-    ``false`` holds the components that were accused wrongly, each once. ``error`` is why there is
-    no analysis.
+    Attributes
+    ----------
+    delay : float or None
+        Alarm minus onset of the first right accusation, s.
+    false : tuple of str
+        The components that were accused wrongly, each once.
+    fate : str
+        What the analysis says of the components that failed: ``accused``, ``consequence``, ``ruled
+        out``, ``not testable``, or ``unknown`` for nothing; "" on a healthy flight.
+    error : str or None
+        Why there is no analysis.
     """
 
     label: Label
@@ -40,6 +49,7 @@ class Score:
     delay: float | None
     false: tuple[str, ...]
     accused: tuple[tuple[str, float], ...]
+    fate: str
     airborne_s: float
     error: str | None
 
@@ -61,9 +71,15 @@ def is_right(component: str, label: Label) -> bool:
     >>> is_right("motor_3", label), is_right("gps", label)
     (True, False)
     """
-    names = {fault.component for fault in label.faults} | label.accept
-    any_motor = any(fault.component in _ANY_MOTOR for fault in label.faults)
-    return component in names or (any_motor and component.startswith("motor_"))
+    return component in label.accept or _failed(component, label)
+
+
+def _failed(component: str, label: Label) -> bool:
+    """Return whether a component is one that failed, as far as the label tells."""
+    names = {fault.component for fault in label.faults}
+    return component in names or (
+        not names.isdisjoint(_ANY_MOTOR) and component.startswith("motor_")
+    )
 
 
 def score(label: Label, row: Mapping[str, Any]) -> Score:
@@ -92,9 +108,21 @@ def score(label: Label, row: Mapping[str, Any]) -> Score:
         delay=_delay(right, label),
         false=tuple(dict.fromkeys(f["component"] for f in early)),
         accused=tuple((f["component"], f["onset_s"]) for f in findings),
+        fate=_fate(label, row, right) if label.faults else "",
         airborne_s=float(row["airborne_s"] or 0.0),
         error=row["error"],
     )
+
+
+def _fate(label: Label, row: Mapping[str, Any], right: Sequence[Mapping[str, Any]]) -> str:
+    said = {
+        "accused": [f["component"] for f in right],
+        "consequence": row["consequences"],
+        "ruled out": row["ruled_out"],
+        "not testable": row["not_testable"],
+    }
+    found = (fate for fate, names in said.items() if any(_failed(n, label) for n in names))
+    return next(found, "unknown")
 
 
 def _is_timely(finding: Mapping[str, Any], label: Label) -> bool:

@@ -6,13 +6,23 @@ of its `--json`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from fdi.evaluation.calibration import reliability
 from fdi.evaluation.run import Evaluation
 from fdi.evaluation.score import Score
-from fdi.evaluation.totals import Rate, Totals, constant_answer, groups, totals
+from fdi.evaluation.totals import (
+    Constant,
+    Rate,
+    Totals,
+    constant_answer,
+    groups,
+    plain,
+    totals,
+    totals_of,
+)
 from fdi.report.words import clean
 
 SCHEMA_VERSION: Final = 1
@@ -26,6 +36,7 @@ _HEAD: Final = (
     "healthy clean",
     "false",
     "false/h",
+    "constant answer",
 )
 
 
@@ -35,11 +46,12 @@ def evaluation_document(found: Evaluation) -> dict[str, Any]:
     return {
         "schema_version": SCHEMA_VERSION,
         "totals": _plain(totals(found.scores)),
-        "constant_answer": None
-        if constant is None
-        else {"component": constant[0], "onset_s": constant[1], **_plain(constant[2])},
+        "constant_answer": _constant(constant, found.scores),
         "groups": {
-            kind: {name: _plain(totals(own)) for name, own in parts.items()}
+            kind: {
+                name: {**_plain(totals(own)), "constant_answer": _constant(constant, own)}
+                for name, own in parts.items()
+            }
             for kind, parts in groups(found.scores).items()
         },
         "reliability": [
@@ -48,6 +60,13 @@ def evaluation_document(found: Evaluation) -> dict[str, Any]:
         ],
         "flights": [_flight(one) for one in found.scores],
     }
+
+
+def _constant(constant: Constant | None, scores: Sequence[Score]) -> dict[str, Any] | None:
+    if constant is None:
+        return None
+    own = _plain(totals_of(constant, scores))
+    return {"component": constant.component, "onset_s": constant.onset, **own}
 
 
 def _plain(value: Totals) -> dict[str, Any]:
@@ -81,6 +100,7 @@ def _flight(one: Score) -> dict[str, Any]:
         "timely": one.timely,
         "delay_s": one.delay,
         "false": list(one.false),
+        "fate": one.fate,
         "airborne_s": one.airborne_s,
         "error": one.error,
     }
@@ -88,46 +108,28 @@ def _flight(one: Score) -> dict[str, Any]:
 
 def evaluation_text(found: Evaluation) -> str:
     """Return the tables: totals beside a constant answer, groups, and every flight that failed."""
-    return "\n".join(_lines(found)) + "\n"
-
-
-def _lines(found: Evaluation) -> Iterator[str]:
-    yield from _table("all", _totals_rows(found.scores))
-    for kind, parts in groups(found.scores).items():
-        yield ""
-        yield from _table(kind, {name: totals(own) for name, own in parts.items()})
-    bins = reliability(found)
-    if bins:
-        yield ""
-        yield "| confidence | mean | right | of | share |"
-        yield "| --- | --- | --- | --- | --- |"
-        for b in bins:
-            share = f"{b.right.hits} | {b.right.of} | {_share(b.right)}"
-            yield f"| {b.low:.1f} to {b.high:.1f} | {b.mean:.2f} | {share} |"
-    yield ""
-    yield "| flight | what failed | accused | |"
-    yield "| --- | --- | --- | --- |"
-    for one in found.scores:
-        why = _why(one)
-        if why:
-            failed = ", ".join(f"{f.component} {f.onset:.1f}" for f in one.label.faults)
-            said = ", ".join(f"{name} {onset:.1f}" for name, onset in one.accused[:4])
-            yield f"| {clean(one.label.key)} | {failed or '–'} | {said or '–'} | {why} |"
-
-
-def _totals_rows(scores: Sequence[Score]) -> dict[str, Totals]:
-    rows = {"fdi": totals(scores)}
-    constant = constant_answer(scores)
+    constant = constant_answer(found.scores)
+    parts = [_table("selection", {"all": found.scores}, constant)]
+    parts += [_table(kind, own, constant) for kind, own in groups(found.scores).items()]
+    parts += [_reliability(found), _fates(found.scores), _failures(found.scores)]
+    told = ["\n".join(lines) for part in parts if (lines := list(part))]
     if constant is not None:
-        component, onset, value = constant
-        rows[f"always {component} at {onset:.0f} s"] = value
-    return rows
+        told.insert(1, _legend(constant))
+    return "\n\n".join(told) + "\n"
 
 
-def _table(kind: str, rows: Mapping[str, Totals]) -> Iterator[str]:
+def _legend(constant: Constant) -> str:
+    name, onset = clean(constant.component), constant.onset
+    return f"Constant answer: always {name} at {onset:.0f} s; detected, named first, timely."
+
+
+def _table(
+    kind: str, rows: Mapping[str, Sequence[Score]], constant: Constant | None
+) -> Iterator[str]:
     yield f"| {kind} | {' | '.join(_HEAD)} |"
     yield "| --- " * (len(_HEAD) + 1) + "|"
-    for name, value in rows.items():
+    for name, own in rows.items():
+        value = totals(own)
         cells = [
             str(value.flights),
             *(_share(r) for r in (value.detected, value.named, value.in_three, value.timely)),
@@ -135,8 +137,54 @@ def _table(kind: str, rows: Mapping[str, Totals]) -> Iterator[str]:
             _share(value.clean),
             str(value.false),
             "–" if value.false_per_hour is None else f"{value.false_per_hour:.2f}",
+            "–" if constant is None else _shares(totals_of(constant, own)),
         ]
         yield f"| {clean(name)} | {' | '.join(cells)} |"
+
+
+def _shares(value: Totals) -> str:
+    """Return what of the faults is detected, named and timely, without intervals."""
+    shares = [rate.share for rate in (value.detected, value.named, value.timely)]
+    return "–" if None in shares else ", ".join(f"{share:.0%}" for share in shares)
+
+
+def _reliability(found: Evaluation) -> Iterator[str]:
+    bins = reliability(found)
+    if bins:
+        yield "| confidence | mean | right | of | share |"
+        yield "| --- | --- | --- | --- | --- |"
+    for b in bins:
+        share = f"{b.right.hits} | {b.right.of} | {_share(b.right)}"
+        yield f"| {b.low:.2f} to {b.high:.2f} | {b.mean:.2f} | {share} |"
+
+
+def _fates(scores: Sequence[Score]) -> Iterator[str]:
+    """Yield what became of the components that failed and were not named, by component and kind."""
+    left = [one for one in scores if one.is_faulty and not one.named]
+    counts = Counter((_failed(one), "error" if one.error else one.fate) for one in left)
+    fates = sorted({fate for _, fate in counts})
+    if left:
+        yield f"| not named first | flights | {' | '.join(fates)} |"
+        yield "| --- " * (len(fates) + 2) + "|"
+    for name in sorted({name for name, _ in counts}):
+        own = [counts[name, fate] for fate in fates]
+        yield f"| {clean(name)} | {sum(own)} | {' | '.join(str(n or '') for n in own)} |"
+
+
+def _failed(one: Score) -> str:
+    return ", ".join(dict.fromkeys(f"{plain(f.component)} {f.kind}" for f in one.label.faults))
+
+
+def _failures(scores: Sequence[Score]) -> Iterator[str]:
+    """Yield every flight with a wrong, late or missing answer."""
+    yield "| flight | what failed | accused | what is wrong |"
+    yield "| --- | --- | --- | --- |"
+    for one in scores:
+        why = _why(one)
+        if why:
+            failed = ", ".join(f"{f.component} {f.onset:.1f} {f.kind}" for f in one.label.faults)
+            said = ", ".join(f"{name} {onset:.1f}" for name, onset in one.accused[:4])
+            yield f"| {clean(one.label.key)} | {clean(failed) or '–'} | {said or '–'} | {why} |"
 
 
 def _share(rate: Rate) -> str:
@@ -151,10 +199,9 @@ def _why(one: Score) -> str:
     if one.error is not None:
         return f"error: {clean(one.error)[:120]}"
     found = [f"false: {', '.join(one.false)}"] if one.false else []
-    if one.is_faulty and not one.detected:
-        found.append("missed")
-    elif one.is_faulty and not one.named:
-        found.append("not named first" if one.in_three else "not named")
+    if one.is_faulty and not one.named:
+        missed = "not named" if one.detected else "missed"
+        found.append("not named first" if one.in_three else f"{missed}: {one.fate}")
     elif one.is_faulty and not one.timely:
         found.append("not timely")
     return ", ".join(found)

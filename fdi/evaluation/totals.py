@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 from statistics import median
 from typing import Any, Final
@@ -118,41 +118,58 @@ def totals(scores: Iterable[Score]) -> Totals:
     )
 
 
-def constant_answer(scores: Sequence[Score]) -> tuple[str, float, Totals] | None:
-    """Return component and onset of the best constant answer, and what it scores on every flight.
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """The commonest component of the faulty flights and the median onset, s."""
 
-    None where no flight has a fault.
-    """
+    component: str
+    onset: float
+
+
+def constant_answer(scores: Sequence[Score]) -> Constant | None:
+    """Return the best constant answer, None where no flight has a fault."""
     faults = [fault for s in scores for fault in s.label.faults[:1]]
     if not faults:
         return None
     common = Counter(fault.component for fault in faults)
     component = min(common, key=lambda name: (-common[name], name))
-    onset = median(fault.onset for fault in faults)
-    answer: dict[str, Any] = {"rank": 1, "component": component, "onset_s": onset, "alarm_s": onset}
-    said = [
-        replace(
-            score(s.label, {"findings": [answer], "airborne_s": s.airborne_s, "error": None}),
-            airborne_s=s.airborne_s,
-        )
-        for s in scores
-    ]
-    return component, onset, totals(said)
+    return Constant(component, median(fault.onset for fault in faults))
+
+
+def totals_of(constant: Constant, scores: Iterable[Score]) -> Totals:
+    """Return what a constant answer scores on some flights."""
+    answer: dict[str, Any] = {
+        "rank": 1,
+        "component": constant.component,
+        "onset_s": constant.onset,
+        "alarm_s": constant.onset,
+    }
+    row: dict[str, Any] = {
+        "findings": [answer],
+        **dict.fromkeys(("consequences", "ruled_out", "not_testable"), ()),
+        "error": None,
+    }
+    return totals(score(s.label, {**row, "airborne_s": s.airborne_s}) for s in scores)
 
 
 def groups(scores: Sequence[Score]) -> dict[str, dict[str, list[Score]]]:
-    """Return the flights by component that failed, by vehicle, and by origin."""
-    found: dict[str, dict[str, list[Score]]] = {"component": {}, "vehicle": {}, "origin": {}}
+    """Return the flights by origin, vehicle, component that failed, and kind of fault."""
+    found: dict[str, dict[str, list[Score]]] = {}
     for one in scores:
-        names = dict.fromkeys(_plain(fault.component) for fault in one.label.faults)
-        for name in names or ("healthy",):
-            found["component"].setdefault(name, []).append(one)
-        found["vehicle"].setdefault(one.label.vehicle, []).append(one)
-        found["origin"].setdefault(one.label.origin, []).append(one)
+        faults = one.label.faults
+        names = {
+            "origin": [one.label.origin],
+            "vehicle": [one.label.vehicle],
+            "component": [plain(fault.component) for fault in faults] or ["healthy"],
+            "kind of fault": [fault.kind for fault in faults] or ["healthy"],
+        }
+        for kind, own in names.items():
+            for name in dict.fromkeys(own):
+                found.setdefault(kind, {}).setdefault(name, []).append(one)
     return {kind: dict(sorted(parts.items())) for kind, parts in found.items()}
 
 
-def _plain(component: str) -> str:
+def plain(component: str) -> str:
     """Return the kind of component: ``motor_3`` is a motor."""
     head, _, tail = component.rpartition("_")
     return head if tail.isdigit() else component

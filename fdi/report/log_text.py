@@ -72,6 +72,9 @@ def _head(log: Log) -> Iterator[RenderableType]:
             for s in others[:MOST_SENDERS]
         )
         rows.append(("also heard", told + (" …" if len(others) > MOST_SENDERS else "")))
+    if log.other_vehicles:
+        told = ", ".join(f"--system {s.system}" for s in log.other_vehicles[:MOST_SENDERS])
+        rows.append(("", f"another vehicle is taken with {told}"))
     yield _pairs(rows)
 
 

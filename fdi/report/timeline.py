@@ -1,9 +1,9 @@
 """Which of a log's events does a person want to read?
 
 In: a log. Out: its events without the changes of parameters, of which a download alone brings
-hundreds, without the texts that already stand there as a failsafe or an impact, and a text that is
-repeated for minutes only once. Where even these are too many, plain texts go first: the last thing
-that happened is seldom the least.
+hundreds, without the texts that already stand there as a failsafe or an impact, and what is
+repeated only once: a text for minutes, a mode that flickers within a second. Where even these are
+too many, plain texts go first: the last thing that happened is seldom the least.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from fdi.telemetry import Event, Log
 REPEAT_S: Final = 60.0
 """A text that comes again within this time is repeated, not said anew: autopilots repeat what keeps
 them from arming every 30 s."""
+FLICKER_S: Final = 1.0
+"""The same for all other events: after a crash an old copter logs its modes by the hundred."""
 
 
 class Told(NamedTuple):
@@ -44,7 +46,8 @@ def told_events(log: Log, most: int) -> tuple[list[Told], int]:
 
 def told_text(event: Event, times: int, last: float) -> str:
     """Return an event's text with how often it came."""
-    return event.text if times == 1 else f"{event.text} ({times} times, last at {at(last)} s)"
+    often = f"({times} times, last at {at(last)} s)" if times > 1 else ""
+    return f"{event.text} {often}".strip()
 
 
 def is_grave(event: Event) -> bool:
@@ -69,15 +72,16 @@ def _worth(log: Log) -> list[Event]:
 
 
 def _merged(events: list[Event]) -> list[Told]:
-    """Return the events with repeated texts told once, where they began."""
+    """Return the events with repeated ones told once, where they began."""
     told: list[Told] = []
-    place: dict[str, int] = {}
+    place: dict[tuple[str, str], int] = {}
     for event in events:
-        at = place.get(event.text) if event.kind == "text" else None
-        if at is not None and event.t - told[at].last <= REPEAT_S:
+        what = event.kind, event.text
+        at = place.get(what)
+        longest = REPEAT_S if event.kind == "text" else FLICKER_S
+        if at is not None and event.t - told[at].last <= longest:
             told[at] = Told(told[at].event, told[at].times + 1, event.t)
             continue
-        if event.kind == "text":
-            place[event.text] = len(told)
+        place[what] = len(told)
         told.append(Told(event, 1, event.t))
     return told

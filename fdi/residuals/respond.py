@@ -26,11 +26,12 @@ Fault = Mapping[int, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """A piece of a flight with every node of the bank computed as the data are."""
+    """A piece of a flight with every node of the bank as the data are, and its arguments."""
 
     bank: Bank
     context: Context
     nodes: tuple[Value, ...]
+    arguments: tuple[tuple[int, ...], ...]
 
     @property
     def t(self) -> Floats:
@@ -52,7 +53,11 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     done: dict[int, Value] = {}
     for number, node in enumerate(residuals.bank.nodes):
         done[number] = compute_node(node, done, context)
-    return Stretch(residuals.bank, context, tuple(done.values()))
+    arguments = tuple(
+        tuple(argument for _, argument in (*node.arguments, *node.gate_arguments))
+        for node in residuals.bank.nodes
+    )
+    return Stretch(residuals.bank, context, tuple(done.values()), arguments)
 
 
 def respond(piece: Stretch, fault: Fault) -> Floats:
@@ -75,8 +80,7 @@ def respond(piece: Stretch, fault: Fault) -> Floats:
     done = dict(enumerate(piece.nodes))
     reached: set[int] = set()
     for number, node in enumerate(bank.nodes):
-        arguments = {argument for _, argument in (*node.arguments, *node.gate_arguments)}
-        if node.equation in fault or arguments & reached:
+        if node.equation in fault or not reached.isdisjoint(piece.arguments[number]):
             reached.add(number)
             done[number] = compute_node(node, done, context)
     change = np.zeros((len(bank.generators), len(piece.t)))

@@ -55,8 +55,8 @@ class Finder:
 
     References
     ----------
-    Svärd, Nyberg, IEEE Trans. SMC-A 40(6), 2010; ``shared/structural/README.md``, section 6,
-    idea 9.
+    Svärd, Nyberg, IEEE Trans. SMC-A 40(6), 2010; Oxley, "Matroid Theory", 2nd ed. 2011, section
+    1.2 (fundamental circuits: an equation left over and what it needs).
 
     Examples
     --------

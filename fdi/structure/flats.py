@@ -35,7 +35,8 @@ class Space:
 
     References
     ----------
-    ``shared/structural/README.md``, section 6, ideas 7 and 8.
+    Oxley, "Matroid Theory", 2nd ed. 2011, section 2.2 (representations of the dual); Krysander,
+    Åslund, Frisk, DX-10, 2010 (only equations with faults are removed).
 
     Examples
     --------

@@ -343,7 +343,7 @@ def bitset(indices: Iterable[int]) -> int:
 
     References
     ----------
-    ``shared/structural/README.md``, section 6, idea 3 (sets of equations as integers).
+    Knuth, The Art of Computer Programming 4A, 7.1.3 (sets as integers).
 
     Examples
     --------
@@ -377,7 +377,7 @@ def members(bits: int) -> tuple[int, ...]:
 
     References
     ----------
-    ``shared/structural/README.md``, section 6, idea 3.
+    As :func:`bitset`.
 
     Examples
     --------

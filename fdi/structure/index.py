@@ -36,8 +36,8 @@ def is_low_index(model: Model, equations: int | None = None) -> bool:
 
     References
     ----------
-    ``shared/structural/README.md``, section 2 (as in the toolbox of record); for the index of
-    square models Pantelides, SIAM J. Sci. Stat. Comput. 9(2), 1988.
+    Frisk, Bregon, Åslund, Krysander, Pulido, Biswas, IEEE Trans. SMC-A 42(5), 2012; for the index
+    of square models Pantelides, SIAM J. Sci. Stat. Comput. 9(2), 1988.
 
     Examples
     --------
@@ -83,8 +83,8 @@ def is_observable(model: Model, equations: int | None = None) -> bool:
 
     References
     ----------
-    The conditions are those of the toolbox of record, faultdiagnosistoolbox 0.12.5,
-    ``shared/structural/README.md``, section 1 (``observable``).
+    The conditions are those of the toolbox of record, faultdiagnosistoolbox 0.12.5
+    (``IsObservable``).
 
     Examples
     --------

@@ -19,8 +19,11 @@ def load_reference(path: str | Path) -> Model:
     Parameters
     ----------
     path : str or Path
-        JSON with ``equations``, ``unknowns``, ``faults``, ``incidence`` and, optionally,
-        ``nonsolvable``. Entries of ``faults`` with one name are one fault in several equations.
+        JSON with ``equations`` and ``unknowns`` (labels), ``incidence`` (``[equation, unknown,
+        kind]``, indices from 0; kind ``"d"`` and ``"i"`` mark derivative and state of a
+        differential constraint, ``"x"`` all else), ``faults`` (``{"name": ..., "equation": ...}``;
+        entries with one name are one fault in several equations) and, optionally, ``nonsolvable``
+        (``[equation, unknown]``).
 
     Returns
     -------
@@ -34,7 +37,8 @@ def load_reference(path: str | Path) -> Model:
 
     References
     ----------
-    The format is described in ``shared/structural/README.md``, section 1.
+    Frisk, Krysander, Jung, IFAC-PapersOnLine 50(1), 2017 (structural models of the toolbox of
+    record, whose incidence matrices hold 1, 2 and 3 for the three kinds).
 
     Examples
     --------

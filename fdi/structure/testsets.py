@@ -181,7 +181,7 @@ class Group:
 
     References
     ----------
-    ``shared/structural/README.md``, section 6, ideas 3, 6 and 7.
+    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008, section IV (lumping of classes).
 
     Examples
     --------

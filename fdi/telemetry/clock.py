@@ -135,6 +135,22 @@ def likely_times(t: Floats, created: Floats, *, wrap: float, slack: float) -> Fl
     return t if fits.all() else np.where(fits, t, created)
 
 
+def in_order(created: Floats) -> Floats:
+    """Return the times of records of one message, in the order in which they were sent.
+
+    The link's delay is guessed between records that tell their time: that alone may set a record
+    back behind an earlier one.
+
+    Parameters
+    ----------
+    created : (m,) float, s
+        `Timeline.created` of these records, file order; further back than a link explains, they
+        are returned as they are.
+    """
+    ahead = np.maximum.accumulate(created)
+    return ahead if np.all(ahead - created <= STEP_S) else created
+
+
 def _offset_of(offset: Floats, boot: Ints, rows: Ints) -> Floats:
     """Return the offset of the boot that records belong to."""
     return offset if offset.size == 1 else offset[boot[rows]]  # one boot: no need to look

@@ -173,13 +173,20 @@ def test_a_reader_that_leaves_early_is_no_error() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
-def test_a_full_disk_behind_standard_output_is_5() -> None:
+@pytest.mark.parametrize("command", ["info", "analyze"])
+def test_a_full_disk_behind_standard_output_is_5(model: Path, command: str) -> None:
+    words = {"info": [], "analyze": ["--json", "--model", str(model)]}[command]
     with Path("/dev/full").open("wb") as full:
         ended = subprocess.run(
-            [*FDI, "info", str(LOG)], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60
+            [*FDI, command, str(LOG), *words],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
         )
     assert ended.returncode == 5
     assert ended.stderr.startswith("fdi: standard output")
+    assert ended.stderr.count("\n") == 1
 
 
 def run_with_room(most: int, work: Path, words: list[str]) -> subprocess.CompletedProcess[str]:

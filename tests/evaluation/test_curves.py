@@ -60,7 +60,9 @@ def test_the_smallest_size_is_that_from_which_all_are_detected():
     assert smallest(curve(0, 1, 2, 2), lambda p: p.detected) == 4.0
     assert smallest(curve(2, 1, 2, 2), lambda p: p.detected) == 4.0
     assert smallest(curve(0, 1, 2, 1), lambda p: p.detected) is None
-    assert "| 4 m | not up to 8 |" in curves_text([curve(0, 1, 2, 2)], "bias")
+    assert smallest(curve(0, 1, 2, 2), lambda p: p.detected, 0.5) == 2.0
+    told = curves_text([curve(0, 1, 2, 2)], "bias")
+    assert "| 1 m | from 2 m | from 4 m | not up to 8 m | not up to 8 m |" in told
 
 
 def test_the_command_gives_the_same_as_plain_values(tmp_path, capsys):

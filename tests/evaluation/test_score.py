@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from fdi.evaluation import Fault, Label, Rate, score, totals
-from fdi.evaluation.totals import constant_answer
+from fdi.evaluation import Evaluation, Fault, Label, Rate, score, totals
+from fdi.evaluation.calibration import reliability
+from fdi.evaluation.tables import evaluation_document, evaluation_text
+from fdi.evaluation.totals import constant_answer, groups, totals_of
 
 
 def label(*faults, accept=(), until=None, vehicle="quad"):
@@ -14,10 +16,17 @@ def label(*faults, accept=(), until=None, vehicle="quad"):
     )
 
 
-def row(*findings, airborne=3600.0, error=None):
+def row(*findings, airborne=3600.0, error=None, **said):
     return {
+        **{part: said.get(part, []) for part in ("consequences", "ruled_out", "not_testable")},
         "findings": [
-            {"rank": rank, "component": name, "onset_s": onset, "alarm_s": onset + 1.0}
+            {
+                "rank": rank,
+                "component": name,
+                "onset_s": onset,
+                "alarm_s": onset + 1.0,
+                "confidence": 0.9,
+            }
             for rank, (name, onset) in enumerate(findings, 1)
         ],
         "airborne_s": airborne,
@@ -53,16 +62,55 @@ def test_what_begins_after_the_end_of_what_counts_is_ignored():
     assert not score(label(GPS, until=50.0), row(("gps", 50.1))).detected
 
 
-@pytest.mark.parametrize(("kind", "delay", "timely"), [("step", 6, False), ("ramp", 19, True)])
+def test_what_begins_at_the_end_of_what_counts_still_counts():
+    assert score(label(GPS, until=50.0), row(("gps", 50.0))).detected
+
+
+def test_any_component_detects_and_one_accused_wrongly_after_the_onset_is_not_false():
+    one = score(label(GPS), row(("battery", 90.0)))
+    assert one.detected
+    assert not one.named
+    assert not one.in_three
+    assert not one.timely
+    assert one.delay is None
+    assert one.false == ()
+
+
+@pytest.mark.parametrize(("rank", "in_three"), [(1, True), (3, True), (4, False)])
+def test_the_first_three_ranks_count(rank, in_three):
+    others = [(f"motor_{k}", 40.0) for k in range(1, rank)]
+    one = score(label(GPS), row(*others, ("gps", 40.0)))
+    assert one.in_three is in_three
+    assert one.named is (rank == 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "delay", "timely"),
+    [
+        *(("step", 5.0, True), ("step", 5.1, False), ("step", -2.0, True)),
+        *(("ramp", 20.0, True), ("ramp", 20.1, False), ("freeze", 6.0, False)),
+    ],
+)
 def test_a_ramp_has_more_time(kind, delay, timely):
     slow = Fault("gps", kind, 40.0)
     assert score(label(slow), row(("gps", 40.0 + delay))).timely is timely
 
 
-def test_any_motor_is_right_only_where_the_label_itself_says_motor():
-    assert score(label(Fault("propeller", "scale", 0.0)), row(("motor_3", 1.0))).named
+@pytest.mark.parametrize("name", ["motor", "propeller"])
+def test_any_motor_is_right_where_the_label_itself_says_motor_or_propeller(name):
+    assert score(label(Fault(name, "scale", 0.0)), row(("motor_3", 1.0))).named
+    assert score(label(Fault(name, "scale", 0.0)), row((name, 1.0))).named
+    assert not score(label(Fault(name, "scale", 0.0)), row(("gps", 1.0))).named
+
+
+def test_words_that_the_label_accepts_are_taken_literally():
     accepted = label(Fault("motor_4", "scale", 0.0), accept=("motor",))
     assert not score(accepted, row(("motor_3", 1.0))).named
+    assert score(accepted, row(("motor", 1.0))).named
+    assert score(accepted, row(("motor_4", 1.0))).named
+    by_kind = label(Fault("motor_4", "scale", 0.0), accept=("propulsion", "propeller"))
+    assert score(by_kind, row(("propulsion", 1.0))).named
+    assert not score(by_kind, row(("motor_3", 1.0))).named
 
 
 def test_each_of_several_faults_is_a_right_answer():
@@ -70,6 +118,7 @@ def test_each_of_several_faults_is_a_right_answer():
     one = score(both, row(("motor_4", 34.5)))
     assert one.named
     assert one.timely
+    assert one.delay == 5.5  # alarm minus the onset of the first of them
     assert not one.false
 
 
@@ -91,12 +140,71 @@ def test_a_log_without_an_analysis_is_neither_clean_nor_detected():
 def test_a_constant_answer_is_the_commonest_component_at_the_median_onset():
     scores = [score(label(GPS), row()) for _ in range(3)]
     scores.append(score(label(Fault("compass", "step", 60.0)), row()))
-    component, onset, told = constant_answer(scores)
-    assert (component, onset) == ("gps", 40.0)
-    assert told.named == Rate(3, 4)
+    constant = constant_answer(scores)
+    assert (constant.component, constant.onset) == ("gps", 40.0)
+    told = totals_of(constant, scores)
+    assert (told.named, told.timely, told.detected) == (Rate(3, 4), Rate(3, 4), Rate(3, 4))
+    assert constant_answer([score(label(), row())]) is None
 
 
 @pytest.mark.parametrize(("hits", "of"), [(0, 5), (5, 5), (3, 10), (0, 0)])
 def test_the_interval_holds_the_share_and_stays_within_bounds(hits, of):
     low, high = Rate(hits, of).interval
     assert 0 <= low <= (hits / of if of else 0.5) <= high <= 1
+
+
+def test_the_interval_is_that_of_wilson():
+    """Known answers: Newcombe, Statistics in Medicine 17 (1998), 857, table I, method 3."""
+    for hits, of, low, high in ((81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605)):
+        assert Rate(hits, of).interval == pytest.approx((low, high), abs=5e-5)
+    assert Rate(0, 20).interval == pytest.approx((0.0, 0.1611), abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("said", "fate"),
+    [
+        ({"consequences": ["gps"], "ruled_out": ["gps"]}, "consequence"),
+        ({"ruled_out": ["gps"]}, "ruled out"),
+        ({"not_testable": ["gps"]}, "not testable"),
+        ({"not_testable": ["compass"]}, "unknown"),
+    ],
+)
+def test_a_failed_component_that_is_not_accused_has_a_fate(said, fate):
+    assert score(label(GPS), row(("battery", 41.0), **said)).fate == fate
+    assert score(label(GPS), row(("gps", 41.0), **said)).fate == "accused"
+
+
+def test_groups_are_by_origin_vehicle_component_and_kind_and_a_flight_may_be_in_several():
+    both = score(label(Fault("motor_1", "stop", 3.0), Fault("gps", "loss", 4.0)), row())
+    found = groups([both, score(label(), row())])
+    assert {kind: list(parts) for kind, parts in found.items()} == {
+        "origin": ["simulated"],
+        "vehicle": ["quad"],
+        "component": ["gps", "healthy", "motor"],
+        "kind of fault": ["healthy", "loss", "stop"],
+    }
+
+
+def test_every_total_stands_beside_what_the_constant_answer_scores():
+    flights = [(label(GPS), row(("gps", 41.0))), (label(), row())]
+    flights.append((label(Fault("compass", "ramp", 60.0)), row()))
+    found = Evaluation(tuple(score(*pair) for pair in flights), tuple(r for _, r in flights))
+    tree = evaluation_document(found)
+    every = [tree["totals"] | {"constant_answer": tree["constant_answer"]}]
+    every += [one for parts in tree["groups"].values() for one in parts.values()]
+    assert all(one["constant_answer"]["flights"] == one["flights"] for one in every)
+    assert tree["groups"]["component"]["gps"]["constant_answer"]["named"]["hits"] == 0  # compass
+    told = evaluation_text(found)
+    assert "| compass | 1 | 0/1 0% (0%..79%) |" in told
+    assert "| a | compass 60.0 ramp | – | missed: unknown |" in told
+
+
+def test_accusations_are_judged_by_time_and_component_for_their_confidence():
+    findings = row(("gps", 41.0), ("battery", 42.0), ("gps", 10.0), ("gps", 99.0))
+    for one, confidence in zip(findings["findings"], (0.9, 0.6, 0.97, 0.97), strict=True):
+        one["confidence"] = confidence
+    told = label(GPS, until=50.0)
+    bins = reliability(Evaluation((score(told, findings),), (findings,)))
+    assert [(b.low, b.right.hits, b.right.of) for b in bins] == [
+        (0.5, 0, 1), (0.9, 1, 1), (0.95, 0, 1)
+    ]  # fmt: skip

@@ -123,6 +123,21 @@ def test_of_too_many_events_plain_texts_go_first() -> None:
     assert "impact" in page(log)
 
 
+def test_modes_that_flicker_are_told_once_and_a_mode_that_comes_back_again() -> None:
+    """A copter of 2014 goes on between two modes a hundred times as it crashes."""
+    flicker = [event(60.0 + i / 1e6, "mode", ("RTL", "LAND")[i % 2]) for i in range(100)]
+    flown = [event(t, "mode", mode) for t, mode in ((0.0, "RTL"), (2.0, "LAND"), (4.0, "RTL"))]
+    log = replace(small_log(), _cache={}, reported=(*flown, *flicker))
+    told = [
+        (one.event.kind, one.event.text, one.times)
+        for one in told_events(log, 20)[0]
+        if one.event.kind == "mode"
+    ]
+    alone = [("mode", "RTL", 1), ("mode", "LAND", 1), ("mode", "RTL", 1)]
+    assert told == [*alone, ("mode", "RTL", 50), ("mode", "LAND", 50)]
+    assert "RTL (50 times, last at 60.0 s)" in page(log)
+
+
 def test_a_text_that_is_repeated_for_minutes_is_told_once() -> None:
     said = [event(30.0 * i, "text", text) for i in range(5) for text in ("PreArm: A", "PreArm: B")]
     later = event(900.0, "text", "PreArm: A")

@@ -31,6 +31,7 @@ def test_it_has_an_example_and_a_reference(value):
     text = inspect.getdoc(value) or ""
     assert ">>>" in text, "no doctest"
     assert "References\n----------\n" in text, "no reference"
+    assert "README" not in text, "a reference that a reader cannot look up"
     if inspect.isroutine(value):
         parameters = inspect.signature(value).parameters
         for name in parameters:

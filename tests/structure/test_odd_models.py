@@ -20,6 +20,8 @@ from fdi.structure import (
     mso_sets,
     mtes_sets,
     place_sensors,
+    sample_sets,
+    select_tests,
     submodel,
 )
 from fdi.structure.causality import CAUSALITIES, causally_overdetermined
@@ -51,6 +53,8 @@ def everything(model):
         is_observable(model),
         [residual_causality(model, bits) for bits in sets],
         place_sensors(model),
+        [sample_sets(model, 3, kind=kind) for kind in ("mso", "mtes")],
+        [test.equations for test in select_tests(model).tests],
     )
 
 

@@ -204,6 +204,9 @@ def test_definitions_without_end_cost_no_more_than_their_size(load):
     log = load(small() + b"".join(again) * 10_000)
     assert time.process_time() - spent < 3.0
     assert len(log["BARO"]) == 50
+    (lost,) = [record for record in log.quality if record.kind == "lost_bytes"]
+    assert lost.count % 89 == 0  # beyond 2,000 a definition is none
+    assert 89 * 8_000 < lost.count < 89 * 18_100
 
 
 def test_two_types_of_one_name_are_on_one_clock(load):

@@ -144,6 +144,17 @@ def test_known_firmware_fills_in_a_missing_definition(load):
     assert "ATT" in told(log)["repaired"].text
 
 
+def test_definitions_without_end_are_not_all_followed_and_told(load):
+    again = b"".join(
+        b"FMT, 3, 6, MODE, Mh, Mode,N%d\nMODE, AltHold, %d\n" % (i, i) for i in range(5000)
+    )
+    spent = time.process_time()
+    log = load(small() + again)
+    assert time.process_time() - spent < 2.0
+    assert told(log)["invalid_values"].count == 5000 - 2000 + 5
+    assert sum(len(m.stamp) for m in log.messages.values() if m.name.startswith("MODE")) == 5001
+
+
 def test_two_logs_in_one_file_go_on(load):
     changed = small().replace(b"IccccCC, TimeMS,", b"Iccccff, TimeMS,").replace(b"Yaw\n", b"Y\n")
     log = load(small() + changed)

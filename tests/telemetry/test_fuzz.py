@@ -12,11 +12,12 @@ from pathlib import Path
 import pytest
 
 from .fuzz import exercise, worker
-from .fuzz.__main__ import ALONE
+from .fuzz.__main__ import ALONE, run
 from .fuzz.heads import heads
 from .fuzz.mutations import make_input
 from .fuzz.smaller import smaller
 
+INPUTS = 2000
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.input"))
 
 
@@ -40,6 +41,11 @@ def test_what_failed_once_does_not_fail_again():
     assert said[-1] == {"done": True}
     failed = [(REGRESSIONS[s["number"] // worker.COMPARED].name, s) for s in said if "what" in s]
     assert not failed
+
+
+def test_no_input_of_two_thousand_fails():
+    """A hundredth of the soak: some 20 ms of CPU each."""
+    assert not run(0, INPUTS, os.cpu_count() or 1)
 
 
 def test_every_head_is_a_log_before_it_is_mutated(tmp_path):

@@ -152,6 +152,24 @@ def test_records_of_one_moment_are_all_kept(load):
     assert len(load(b"".join(parts))["PARAM_VALUE"]) == 3
 
 
+def test_texts_stay_in_the_order_in_which_they_were_sent(load):
+    """The link's delay grows while they arrive: taken off, it would turn them round."""
+    texts = [f"text {i}".encode() for i in range(9)]
+    parts = [
+        record(t / 10, mav.MAVLink_attitude_message(100 * t, 0, 0, 0, 0, 0, 0)) for t in range(100)
+    ]
+    late = mav.MAVLink_attitude_message(9_950, 0, 0, 0, 0, 0, 0)
+    parts += [
+        record(9.99 + i / 1e4, mav.MAVLink_statustext_message(6, text))
+        for i, text in enumerate(texts)
+    ]
+    parts += [record(9.995, late)]
+    parts += [record(10.5, mav.MAVLink_attitude_message(10_400, 0, 0, 0, 0, 0, 0))]
+    log = load(b"".join(parts))
+    assert [e.text for e in log.events if e.kind == "text"] == [t.decode() for t in texts]
+    assert (np.diff(log["STATUSTEXT"].t) > 0).all()
+
+
 def test_ground_station_is_counted_and_left_out(load):
     beat = mav.MAVLink_heartbeat_message(mav.MAV_TYPE_GCS, 8, 0, 0, 4, 3)
     manual = mav.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0)

@@ -7,6 +7,7 @@ import pytest
 
 from fdi.errors import LogError
 from fdi.telemetry.formats.ulog_definitions import parsed, resolve
+from fdi.telemetry.formats.ulog_times import Stamped, reference
 
 from . import build_ulog as build
 
@@ -294,3 +295,12 @@ def test_topics_without_end_cost_no_more_than_their_size(load):
     )
     assert sum(log[f"t{i}"].raw("x")[0] for i in many) == len(many)
     assert time.process_time() - spent < 2.5
+
+
+def test_records_that_were_written_twice_give_the_time_like_others():
+    """Half of their steps are none, and none is backwards."""
+    at, stamp = np.arange(20), np.repeat(np.arange(10, dtype=np.uint64) * 100_000, 2)
+    known = reference([Stamped("a", at, stamp)], 0)
+    np.testing.assert_allclose(known.expected(at), stamp / 1e6)
+    still = Stamped("b", np.arange(40), np.full(40, 7, np.uint64))
+    assert reference([still], 0).at.size == 0

@@ -31,6 +31,7 @@ from fdi.telemetry.formats.dataflash_columns import find_records
 from fdi.telemetry.formats.dataflash_layouts import (
     CHARACTERS,
     FMT,
+    MOST_LAYOUTS,
     Bytes,
     Field,
     Layout,
@@ -71,7 +72,7 @@ def read_dataflash_text(path: Path, data: Bytes, *, system: int | None = None) -
         There is no record in it.
     """
     own = list(_definitions(data))
-    layouts = _layouts([one for _, one in own])
+    layouts, not_followed = _layouts([one for _, one in own])
     found = find_records(data, layouts)
     if all(table.layout.number == FMT for table in found.tables):
         raise LogError("is a DataFlash text log without a record of data", where=path.name)
@@ -83,12 +84,18 @@ def read_dataflash_text(path: Path, data: Bytes, *, system: int | None = None) -
         *_cut(data),
         *_bad_records(found.bad),
         *_unknown(data, strange, found.bad),
+        *_not_followed(not_followed),
         *definition_findings(found.tables),
     ]
     free = [clean_text(_decoded(data, *line)) for line in found.strange[heading].tolist()]
     return make_log(
-        path, "dataflash_text", data, found.tables, findings, heading=[x for x in free if x]
+        path, "dataflash_text", data, found.tables, findings, heading=[x for x in free if _tells(x)]
     )
+
+
+def _tells(line: str) -> bool:
+    """Return whether a line before the records says more than which log of the board it is."""
+    return bool(line) and not line.isdecimal()
 
 
 def _decoded(data: Bytes, low: int, high: int) -> str:
@@ -111,21 +118,29 @@ def _definitions(data: Bytes) -> Iterator[tuple[int, Layout]]:
             yield at, fmt_layout() if name == "FMT" else replace(made, since=at)
 
 
-def _layouts(own: list[Layout]) -> dict[str, list[Layout]]:
-    """Return the layouts by name; the first of a name holds from the start of the file."""
+def _layouts(own: list[Layout]) -> tuple[dict[str, list[Layout]], int]:
+    """Return the layouts by name, and how many definitions are beyond `MOST_LAYOUTS`.
+
+    The first layout of a name holds from the start of the file.
+    """
     versions: dict[str, list[Layout]] = {"FMT": [_in_words(fmt_layout())]}
+    followed: list[Layout] = []
+    not_followed = 0
     for one in own:
-        known = versions.setdefault(one.name, [])
-        if not known:
-            known.append(_in_words(replace(one, since=0)))
-        elif one.name != "FMT" and _in_words(one).fields != known[-1].fields:
-            known.append(_in_words(one))
+        known = versions.get(one.name, [])
+        if known and (one.name == "FMT" or _in_words(one).fields == known[-1].fields):
+            continue
+        if len(followed) == MOST_LAYOUTS:
+            not_followed += 1
+            continue
+        followed.append(one)
+        versions[one.name] = [*known, _in_words(one if known else replace(one, since=0))]
     if len(versions) > _ENOUGH:
-        once = [replace(one, since=0) for one in own]
+        once = [replace(one, since=0) for one in followed]
         for one in with_known(once, lambda choices: 0):
             if one.fields:
                 versions.setdefault(one.name, [_in_words(one)])
-    return versions
+    return versions, not_followed
 
 
 def _in_words(one: Layout) -> Layout:
@@ -178,6 +193,12 @@ def _bad_records(bad: dict[str, int]) -> Iterator[Finding]:
         count = sum(bad.values())
         text = f"{count} lines have not the values that their type has, each a number of its kind; "
         text += f"they are left out: {_counted(bad)}"
+        yield Finding("invalid_values", None, None, count, text)
+
+
+def _not_followed(count: int) -> Iterator[Finding]:
+    if count:
+        text = f"{count} definitions that change a type are not followed: no log has {MOST_LAYOUTS}"
         yield Finding("invalid_values", None, None, count, text)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import is_failsafe_text, mavlink_mode
-from fdi.telemetry.clock import Timeline
+from fdi.telemetry.clock import Timeline, in_order
 from fdi.telemetry.events import Event
 from fdi.telemetry.formats.mavlink_columns import Payloads
 from fdi.telemetry.log import ParameterChange
@@ -89,7 +89,8 @@ def _texts(own: Own, line: Timeline) -> Iterator[tuple[float, int, str]]:
     said = own.get(_STATUSTEXT)
     if said is None:
         return
-    times, severities = line.created[said.rows].tolist(), said.field("severity").tolist()
+    times = in_order(line.created[said.rows]).tolist()
+    severities = said.field("severity").tolist()
     ids, parts = said.field("id").tolist(), said.field("chunk_seq").tolist()
     joined: list[tuple[float, int, str]] = []
     open_id, next_part = 0, 0

@@ -134,7 +134,8 @@ def duplicate_record(messages: Mapping[str, Message]) -> Iterator[QualityRecord]
         most = sorted(left_out, key=lambda key: (-left_out[key], key))[:3]
         names = ", ".join(f"{key} {left_out[key]}" for key in most)
         total = sum(left_out.values())
-        text = f"{total} records have the time of another one: the last is kept ({names})"
+        count = "1 record has" if total == 1 else f"{total} records have"
+        text = f"{count} the time of another one: the last is kept ({names})"
         yield QualityRecord("duplicate", None, None, None, total, text)
 
 

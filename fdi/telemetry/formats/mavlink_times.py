@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.clock import Timeline, likely_times, timeline
+from fdi.telemetry.clock import Timeline, in_order, likely_times, timeline
 from fdi.telemetry.formats.mavlink_columns import Payloads
 
 Ints = NDArray[np.int64]
@@ -85,6 +85,8 @@ def record_times(
     t = t if is_new is None else t[rows]
     if (t[1:] - t[:-1] > (0.0 if has_time else _APART_S)).all():
         return t, rows
+    if not has_time:
+        t = in_order(t)
     order = np.argsort(t, kind="stable")
     t, rows = t[order], rows[order]
     if not has_time:

@@ -31,7 +31,7 @@ SLACK_S: Final = (
 )
 _SAMPLES: Final = 5_000  # of the topic that gives the time to places in the file
 _NAMED: Final = 4  # topics that a finding names
-_ASCENDING: Final = 0.8  # share of steps forward in a topic that can give the time
+_ASCENDING: Final = 0.8  # share of forward steps among all that move
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,11 +111,13 @@ def reference(topics: Sequence[Stamped], start_us: int) -> Reference:
 
 
 def _worth(topic: Stamped) -> int:
-    """Return how well a topic can give the time: its size, 0 where its stamps do not ascend."""
-    if topic.stamp.size < 2:
-        return 0
-    forward = np.count_nonzero(topic.stamp[1:] > topic.stamp[:-1])
-    return topic.stamp.size if forward >= _ASCENDING * (topic.stamp.size - 1) else 0
+    """Return how well a topic can give the time: its steps, 0 where its stamps do not ascend.
+
+    A step of nothing, as of records that were written twice, tells nothing.
+    """
+    forward = int(np.count_nonzero(topic.stamp[1:] > topic.stamp[:-1]))
+    moving = int(np.count_nonzero(topic.stamp[1:] != topic.stamp[:-1]))
+    return forward if forward >= _ASCENDING * moving else 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -76,18 +76,18 @@ def try_numbers(first: int, last: int) -> Iterator[Failure]:
 
 def run(first: int, count: int, workers: int) -> list[Failure]:
     """Return all failures, telling the progress where somebody watches."""
-    starts = range(first, first + count, PORTION)
+    size = min(PORTION, -(-count // workers))
     found: list[Failure] = []
 
     def portion(low: int) -> list[Failure]:
-        return list(try_numbers(low, min(low + PORTION, first + count)))
+        return list(try_numbers(low, min(low + size, first + count)))
 
     with ThreadPoolExecutor(workers) as pool:
-        for i, failures in enumerate(pool.map(portion, starts), 1):
+        for i, failures in enumerate(pool.map(portion, range(first, first + count, size)), 1):
             found += failures
             if sys.stderr.isatty():
                 print(
-                    f"\r{min(i * PORTION, count)} inputs, {len(found)} failures",
+                    f"\r{min(i * size, count)} inputs, {len(found)} failures",
                     end="",
                     file=sys.stderr,
                 )

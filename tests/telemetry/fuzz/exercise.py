@@ -32,10 +32,10 @@ def exercise(path: Path, random: Random) -> Log:
         assert (np.diff(message.t) > 0).all(), f"times do not ascend: {key}"
         assert message.kept.shape == message.t.shape, key
         for field in message.fields:
-            where = f"shape: {key}.{field}"
-            assert message.raw(field).shape == message.stamp.shape, where
-            assert message.si(field).shape == message.t.shape, where
-            assert not np.isinf(message.si(field)).any(), f"infinite: {key}.{field}"
+            raw, values = message.raw(field), message.si(field)
+            assert raw.shape == message.stamp.shape, f"shape: {key}.{field}"
+            assert values.shape == message.t.shape, f"shape: {key}.{field}"
+            assert not np.isinf(values).any(), f"infinite: {key}.{field}"
     _check_account(log)
     _resample(log, random)
     return log
