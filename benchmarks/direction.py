@@ -35,6 +35,8 @@ CHANNELS: Final = (
     "VFR_HUD.airspeed",
 )
 EARLY_S: Final = 2.0
+MOMENTS: Final = (0.8 / 3, 1.6 / 3)
+"""Shares of the time in the air, two moments as `fdi evaluate --inject` takes them."""
 
 
 def labelled(pattern: str) -> Iterator[tuple[str, str, float, str, float]]:
@@ -92,15 +94,18 @@ def of_injected(case: tuple[str, str, str, str, float, float]) -> tuple[str, str
 
 
 def cases_of(log: str) -> Iterator[tuple[str, str, str, str, float, float]]:
-    from fdi.evaluation.curves import _moments, _subjects
+    """Yield log, channel, component, kind, size and start of what is put into a healthy log."""
+    from fdi.evaluation.curves import sensors
     from fdi.telemetry import read
 
-    read_log = read(log)
-    subjects = [one for one in _subjects(read_log) if one.channel in CHANNELS]
-    for start in _moments(read_log, 2, None):
-        for one in subjects:
-            yield log, one.channel, one.component, "bias", 16 * one.accuracy, start
-            yield log, one.channel, one.component, "drift", 2 * one.accuracy, start
+    healthy = read(log)
+    low, high = max((flight.airborne for flight in healthy.flights), key=lambda e: e[1] - e[0])
+    for share in MOMENTS:
+        start = low + share * (high - low)
+        for one in sensors(healthy):
+            if one.channel in CHANNELS:
+                yield log, one.channel, one.component, "bias", 16 * one.accuracy, start
+                yield log, one.channel, one.component, "drift", 2 * one.accuracy, start
 
 
 def main() -> None:
