@@ -25,6 +25,7 @@ from .smaller import smaller
 SOAK: Final = 200_000
 PORTION: Final = 2000  # numbers of one worker: what a crash or a hang costs at most
 SILENT_S: Final = 120  # wall time of one input, on a busy machine; the CPU limit is the worker's
+BEGIN_S: Final = 600  # the same until a worker has compiled what it needs
 _NAMED: Final = 10  # numbers told of each kind of failure
 # One thread a worker: memory is limited by address space, which threads take in large pieces.
 ALONE: Final = {
@@ -49,7 +50,8 @@ def try_numbers(first: int, last: int) -> Iterator[Failure]:
         trying, stopped = first - 1, None
         assert worker.stdout is not None
         while True:
-            ready, _, _ = select.select([worker.stdout], [], [], SILENT_S)
+            patience = SILENT_S if trying >= first else BEGIN_S
+            ready, _, _ = select.select([worker.stdout], [], [], patience)
             if not ready:
                 worker.kill()
                 stopped = "hangs"
