@@ -1,6 +1,6 @@
 """What do the labelled flights score, as docs/evaluation.md says?
 
-    .venv/bin/python benchmarks/evaluation.py [--write] [--inject] [--workers N]
+    .venv/bin/python benchmarks/evaluation.py [--write] [--inject [--moments N]] [--workers N]
 
 Does what ``fdi evaluate`` does on ../shared/flights beside the repository and prints its tables;
 with ``--inject`` those of detection against size on a real plane and a real multicopter. With
@@ -75,15 +75,15 @@ def reliability_diagram(found: Evaluation) -> Figure:
     return figure
 
 
-def sizes(workers: int, draw: bool) -> str:
+def sizes(workers: int, draw: bool, moments: int) -> str:
     """Return the tables of detection against size, and draw the pictures."""
     parts = []
     labels = load_labels(LABELS)
     for name, flight in SUBJECTS.items():
         chosen = select(labels, [flight])
-        found = curves(chosen, moments=MOMENTS, workers=workers, progress=progress)
+        found = curves(chosen, moments=moments, workers=workers, progress=progress)
         command = f"fdi evaluate ../shared/flights/labels.json --inject --only {flight}"
-        parts.append(f"### {name.capitalize()}\n\n`{command} --moments {MOMENTS}` printed:\n")
+        parts.append(f"### {name.capitalize()}\n\n`{command} --moments {moments}` printed:\n")
         parts.append(curves_text(found, "bias"))
         if draw:
             save(shares_by_size(found), f"injection_{name}.png")
@@ -137,12 +137,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="put them into docs/evaluation.md")
     parser.add_argument("--inject", action="store_true", help="detection against size instead")
+    parser.add_argument("--moments", type=int, default=MOMENTS, help="faults of each size")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
     if not LABELS.is_file():
         print(f"skipped: {LABELS} is not here")
         return 0
-    text = (sizes if given.inject else scored)(given.workers, given.write)
+    if given.inject:
+        text = sizes(given.workers, given.write, given.moments)
+    else:
+        text = scored(given.workers, given.write)
     print(text)
     if given.write:
         put(text, "injection" if given.inject else "evaluation")
