@@ -44,6 +44,9 @@ def progress(name: str, share: float) -> None:
 def scored(workers: int, draw: bool) -> str:
     """Return the tables of `fdi evaluate`, and draw confidence against rightness."""
     found = evaluate(load_labels(LABELS), workers=workers, progress=progress)
+    errors = [f"{one.label.key}: {one.error}" for one in found.scores if one.error]
+    if errors:
+        raise SystemExit("without an analysis, so nothing is told:\n" + "\n".join(errors))
     command = "fdi evaluate ../shared/flights/labels.json"
     text = f"`{command}` printed:\n\n{evaluation_text(found)}"
     if draw:
