@@ -170,7 +170,13 @@ def test_an_interrupt_ends_with_130_and_leaves_the_rows(tmp_path):
     words = ["batch", str(bad), *slow, "--out", str(out), "--workers", "2"]
     environment = {**os.environ, "FDI_CACHE_DIR": str(tmp_path / "cache")}
     with subprocess.Popen(
-        FDI + words, stderr=subprocess.PIPE, text=True, env=environment
+        FDI + words,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_DFL
+        ),  # a background job's is off
     ) as process:
         limit = time.monotonic() + 60
         while not (lines.exists() and lines.stat().st_size) and time.monotonic() < limit:

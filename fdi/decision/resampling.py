@@ -95,7 +95,7 @@ def fit_noise(values: Floats, calm: NDArray[np.bool_], rate_hz: float) -> NoiseM
     calm samples: it is positive definite, so the autoregression is stable.
     """
     rows, samples = values.shape
-    order = int(np.clip(round(MEMORY_S * rate_hz), 1, MOST_ORDER))
+    order = int(np.clip(round(MEMORY_S * rate_hz), 1, max(1, min(MOST_ORDER, samples - 1))))
     number = calm.sum(axis=1)
     enough = number >= LEAST_PER_COEFFICIENT * order
     mean = np.where(enough, np.where(calm, values, 0.0).sum(axis=1) / np.maximum(number, 1), 0.0)

@@ -241,6 +241,11 @@ def test_a_full_disk_is_5_and_leaves_nothing(tmp_path: Path, model: Path, words:
     assert not list(work.iterdir())
 
 
+def heed_interrupts() -> None:
+    """Undo what a shell does to its background jobs, of which the tests may be one."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_is_130_and_leaves_nothing(tmp_path: Path, model: Path) -> None:
     work = tmp_path / "w"
     work.mkdir()
@@ -250,6 +255,7 @@ def test_ctrl_c_is_130_and_leaves_nothing(tmp_path: Path, model: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_interrupts,
     )
     deadline = time.monotonic() + 30
     while not list(work.iterdir()) and command.poll() is None and time.monotonic() < deadline:

@@ -78,3 +78,11 @@ def test_a_part_of_the_residuals_is_drawn_like_the_whole():
     whole = model.draw(2, np.random.default_rng(7))
     part = model.of(np.array([1, 3])).draw(2, np.random.default_rng(7))
     assert part == pytest.approx(whole[[1, 3]])
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2, 5, 11, 12])
+def test_few_samples_have_no_noise_to_tell(samples):
+    values = np.random.default_rng(1).normal(size=(3, samples))
+    model = fit_noise(values, np.ones((3, samples), bool), 5.0)
+    assert model.samples == samples
+    assert not (model.deviation > 0).any()
