@@ -55,6 +55,7 @@ def evidence_figure(analysis: Analysis, finding: Finding) -> Any:
             _draw_channels(ax, unit(name), curves, window)
         for ax in axes:
             tidy(ax)
+            ax.yaxis.set_offset_position("right")  # on the left are the channels' names
             ax.axvline(finding.onset, color=ACCENT, linestyle="--", linewidth=1.0)
             _draw_ends(ax, analysis, window)
         axes[0].set_xlim(*window)
