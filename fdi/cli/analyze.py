@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import rich_click as click
 
-from fdi.cli.completion import FILE, model_names, policy_names
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, SYSTEM, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -67,20 +68,8 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 
 @click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
 @click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
-@click.option(
-    "--model",
-    default="auto",
-    metavar="NAME|FILE|auto",
-    shell_complete=model_names,
-    help="Airframe model.",
-)
-@click.option(
-    "--policy",
-    default="default",
-    metavar="default|paper|FILE",
-    shell_complete=policy_names,
-    help="The recipe.",
-)
+@model_option()
+@policy_option()
 @click.option(
     "--window",
     metavar="A:B",
@@ -96,7 +85,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     callback=read_budget,
     help="False accusations by noise that an hour in the air may hold.",
 )
-@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@SYSTEM
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -111,7 +100,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 @click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
 @click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
-@click.option("--no-progress", is_flag=True, help="No progress bar.")
+@NO_PROGRESS
 def analyze(
     logs: Sequence[str],
     model: str,

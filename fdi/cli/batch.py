@@ -7,7 +7,8 @@ from pathlib import Path
 
 import rich_click as click
 
-from fdi.cli.completion import FILE, model_names, policy_names
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, QUIET, WORKERS, model_option, policy_option
 from fdi.cli.output import answer, progress_bar
 from fdi.errors import UsageError
 
@@ -17,25 +18,13 @@ from fdi.errors import UsageError
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE.parquet", required=True, help="Table."
 )
-@click.option("--workers", type=int, metavar="N", help="Local processes; by default one per core.")
+@WORKERS
 @click.option("--cluster", metavar="ADDRESS", help="A dask.distributed scheduler; trusted only.")
 @click.option("--resume", is_flag=True, help="Keep the rows of logs that did not change.")
-@click.option(
-    "--model",
-    default="auto",
-    metavar="NAME|FILE|auto",
-    shell_complete=model_names,
-    help="Airframe model.",
-)
-@click.option(
-    "--policy",
-    default="default",
-    metavar="default|paper|FILE",
-    shell_complete=policy_names,
-    help="The recipe.",
-)
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
-@click.option("--no-progress", is_flag=True, help="No progress bar.")
+@model_option()
+@policy_option()
+@QUIET
+@NO_PROGRESS
 def batch(
     paths: tuple[str, ...],
     out: Path,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import rich_click as click
 
-from fdi.cli.completion import FILE, model_names, policy_names
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, QUIET, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar
 from fdi.errors import OutputError, UsageError
 
@@ -25,23 +26,11 @@ if TYPE_CHECKING:
     required=True,
     help="The new policy, for fdi analyze --policy FILE.",
 )
-@click.option(
-    "--model",
-    default="auto",
-    metavar="NAME|FILE|auto",
-    shell_complete=model_names,
-    help="Airframe model.",
-)
-@click.option(
-    "--policy",
-    default="default",
-    metavar="default|FILE",
-    shell_complete=policy_names,
-    help="What to begin with.",
-)
+@model_option()
+@policy_option("What to begin with.", metavar="default|FILE")
 @click.option("--force", is_flag=True, help="Replace FILE where it exists.")
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
-@click.option("--no-progress", is_flag=True, help="No progress bar.")
+@QUIET
+@NO_PROGRESS
 def calibrate(
     logs: Sequence[str],
     out: Path,

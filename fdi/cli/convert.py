@@ -7,6 +7,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, QUIET, SYSTEM
 from fdi.cli.output import answer, progress_bar
 
 
@@ -15,10 +16,10 @@ from fdi.cli.output import answer, progress_bar
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
 )
-@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@SYSTEM
 @click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
-@click.option("--no-progress", is_flag=True, help="No progress bar.")
+@QUIET
+@NO_PROGRESS
 def convert(
     log: str, out: Path, system: int | None, force: bool, quiet: bool, no_progress: bool
 ) -> int:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import rich_click as click
 
-from fdi.cli.completion import FILE, policy_names
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, WORKERS, policy_option
 from fdi.cli.output import answer, progress_bar
 
 if TYPE_CHECKING:
@@ -16,15 +17,9 @@ if TYPE_CHECKING:
 
 @click.command(epilog="Example: fdi evaluate flights/labels.json --workers 2")
 @click.argument("labels", metavar="LABELS.json", type=FILE)
-@click.option(
-    "--policy",
-    default="default",
-    metavar="default|paper|FILE",
-    shell_complete=policy_names,
-    help="The recipe.",
-)
+@policy_option()
 @click.option("--only", metavar="PATTERN", multiple=True, help="Only flights like 'sitl/copter/*'.")
-@click.option("--workers", type=int, metavar="N", help="Local processes; by default one per core.")
+@WORKERS
 @click.option("--inject", "is_injected", is_flag=True, help="Detection against size instead.")
 @click.option(
     "--kind",
@@ -44,7 +39,7 @@ if TYPE_CHECKING:
     "--channel", "channels", multiple=True, metavar="CHANNEL", help="Only there; of --inject."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
-@click.option("--no-progress", is_flag=True, help="No progress bar.")
+@NO_PROGRESS
 def evaluate(
     labels: str,
     policy: str,

@@ -5,12 +5,13 @@ from __future__ import annotations
 import rich_click as click
 
 from fdi.cli.completion import FILE
+from fdi.cli.options import SYSTEM
 from fdi.cli.output import answer, show
 
 
 @click.command(epilog="Example: fdi info flight.tlog --json")
 @click.argument("log", metavar="LOG", type=FILE)
-@click.option("--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id.")
+@SYSTEM
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def info(log: str, system: int | None, as_json: bool) -> int:
     """Say what is in LOG: vehicle, flights, what happened, messages with rates, damage."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import rich_click as click
 
-from fdi.cli.completion import FILE, model_names
+from fdi.cli.completion import FILE
+from fdi.cli.options import QUIET, model_option
 from fdi.cli.output import answer
 from fdi.errors import OutputError
 
@@ -26,15 +27,9 @@ from fdi.errors import OutputError
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
 )
-@click.option(
-    "--model",
-    default="auto",
-    metavar="NAME|FILE|auto",
-    shell_complete=model_names,
-    help="Says which channels a COMPONENT has.",
-)
+@model_option("Says which channels a COMPONENT has.")
 @click.option("--force", is_flag=True, help="Replace FILE where it exists.")
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
+@QUIET
 def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
     """Write LOG with a fault, in the same format, everything else as it was.
 
