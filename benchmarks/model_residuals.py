@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 import fdi
 from fdi.diagnosis.answer import in_air
-from fdi.diagnosis.ranking import find_runs
+from fdi.diagnosis.episodes import find_runs
 from fdi.model import Airframe, System
 from fdi.model.dimensions import dimension, dimension_of
 from fdi.model.evaluate import wrap

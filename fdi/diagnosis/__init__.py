@@ -9,7 +9,11 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``marking.py``: which fault is marked when, over the flight
 - ``hitting.py``: minimal sets of components that explain a set of conflicts
+- ``episodes.py``: which alarms a flight holds, and which belong together
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
+- ``weighing.py``: how well a component explains alarms
+- ``passing.py``: which accusations were a passing disturbance
+- ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
 - ``explain.py``: what is said about it in words

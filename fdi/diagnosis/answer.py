@@ -15,19 +15,12 @@ from numpy.typing import NDArray
 from fdi import structure
 from fdi.decision import Alarms
 from fdi.decision.noise import SETTLING_S, airborne_mask
+from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.passing import has_passed
-from fdi.diagnosis.ranking import (
-    WEIGHING_S,
-    Cause,
-    Effect,
-    Run,
-    episodes,
-    explain_episode,
-    find_runs,
-)
+from fdi.diagnosis.ranking import WEIGHING_S, Cause, Effect, explain_episode
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.values import (
     MARKED,

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision import Alarms
-from fdi.diagnosis.ranking import Cause, Run
+from fdi.diagnosis.episodes import Run
+from fdi.diagnosis.ranking import Cause
 from fdi.diagnosis.values import Evidence, Finding, FindingKind, Size
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text

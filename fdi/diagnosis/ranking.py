@@ -1,11 +1,11 @@
 """Which component explains an episode of alarms, and which alarms only follow from it?
 
-In: the alarms of one flight as runs over time. Out: causes, in order, with the runs each explains,
-and consequences. An episode is a stretch of alarms without a pause. Its earliest alarms are
-conflicts; a component that hits them all, alone if one does, is a candidate, and the candidates are
-weighed by the alarms they explain soon after the onset, against the tests that hold the very same
-faults and stayed quiet. What the cause does not explain is a consequence when it concerns a
-component that the cause is known to disturb (``affects`` in the model), else a cause of its own.
+In: the runs of one episode. Out: causes, in order, with the runs each explains, and consequences.
+The earliest alarms are conflicts; a component that hits them all, alone if one does, is a
+candidate, and the candidates are weighed by the alarms they explain soon after the onset, against
+the tests that hold the very same faults and stayed quiet. What the cause does not explain is a
+consequence when it concerns a component that the cause is known to disturb (``affects`` in the
+model), else a cause of its own.
 """
 
 from __future__ import annotations
@@ -15,16 +15,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.decision import Alarms
+from fdi.diagnosis.episodes import Run
 from fdi.diagnosis.weighing import Concerns, Weight, concerns, weigh
 from fdi.model.parts import Component
 
-EPISODE_GAP_S: Final = 5.0
-"""Alarms with a longer pause between them belong to different episodes."""
-AHEAD: Final = 0.75
-"""Share of a window's look-ahead by which its alarm begins before the change."""
 SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 WEIGHING_S: Final = 10.0
@@ -40,19 +36,6 @@ UPSTREAM: Final = 0.6
 TIE: Final = 0.05
 """Candidates whose scores differ by less cannot be separated."""
 MOST_CAUSES: Final = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """An alarm of one residual from onset to end, s; ``known`` is when it became certain."""
-
-    row: int
-    first: int
-    last: int
-    onset: float
-    known: float
-    end: float
-    peak: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,57 +58,6 @@ class Effect:
     faults: tuple[str, ...]
     runs: tuple[Run, ...]
     cause: Cause
-
-
-def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
-    """Return the alarms within [start, end), s, in order of onset.
-
-    An alarm that stands when the time begins has its onset there, if what is left of it is long
-    enough to be one.
-    """
-    t = alarms.residuals.t
-    inside = (t >= start) & (t < end)
-    step = 1.0 / alarms.residuals.signals.rate_hz
-    found = []
-    for row in np.flatnonzero(alarms.alarm.any(axis=1)):
-        mask = alarms.alarm[row] & inside
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-        for first, stop in zip(edges[::2], edges[1::2], strict=True):
-            delay = float(alarms.delay_s[row])
-            over = float(t[stop - 1]) + step
-            begin, whole = _whole(alarms.alarm[row], first, stop)
-            sure = np.flatnonzero(alarms.certain[row, begin:whole]) + begin - first
-            # of one that stands when the time begins, as much must be left as makes an alarm
-            if begin < first:
-                sure = sure[:1] + (first - begin)
-            if not len(sure) or (begin < first and sure[0] >= stop - first):
-                continue
-            known = float(t[first + sure[0]]) + delay
-            # a centred window feels a change before it is in its middle
-            onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
-            peak = float(np.nanmax(alarms.strength[row, first:stop]))
-            found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
-    return sorted(found, key=lambda run: (run.onset, run.row))
-
-
-def _whole(alarm: NDArray[np.bool_], first: int, stop: int) -> tuple[int, int]:
-    """Return the bounds of the alarm that a part of it belongs to."""
-    quiet_before = np.flatnonzero(~alarm[:first])
-    quiet_after = np.flatnonzero(~alarm[stop:])
-    begin = int(quiet_before[-1]) + 1 if len(quiet_before) else 0
-    return begin, stop + (int(quiet_after[0]) if len(quiet_after) else len(alarm) - stop)
-
-
-def episodes(found: Sequence[Run]) -> list[list[Run]]:
-    """Return the runs cut into episodes."""
-    result: list[list[Run]] = []
-    end = -np.inf
-    for run in found:
-        if not result or run.onset > end + EPISODE_GAP_S:
-            result.append([])
-        result[-1].append(run)
-        end = max(end, run.end)
-    return result
 
 
 def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], list[Effect]]:

@@ -15,16 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from fdi.decision import Alarms
+from fdi.diagnosis.episodes import Run
 from fdi.model.parts import Component, Kind
 from fdi.residuals import Bank
-
-if TYPE_CHECKING:
-    from fdi.diagnosis.ranking import Run
 
 SUSPECTED: Final = 0.6
 DISTURBED: Final = 0.35
