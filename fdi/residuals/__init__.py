@@ -8,17 +8,16 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``sets.py``: which test sets
 - ``rules.py``: which matchings are valid, and which are best
 - ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
-- ``bank.py``: the values
+- ``node.py``, ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``cache.py``: a compiled bank on disk
 """
 
-from fdi.residuals.bank import Bank, Generator, NotImplementable
+from fdi.residuals.bank import Bank, Generator, NotImplementable, Residuals
 from fdi.residuals.build import build_bank
 from fdi.residuals.differentiate import Differentiation
-from fdi.residuals.evaluate import Residuals
 from fdi.residuals.rules import Reason
 
 __all__ = [

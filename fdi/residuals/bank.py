@@ -2,7 +2,8 @@
 
 A bank is one graph of computations over whole columns, shared by all generators: what two of them
 compute alike (the same equation solved for the same unknown from the same arguments) is one
-``Node``. A ``Generator`` is a test set with its matching and the node of its residual.
+``Node``. A ``Generator`` is a test set with its matching and the node of its residual. Over a
+flight a bank gives ``Residuals``.
 """
 
 from __future__ import annotations
@@ -13,52 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.model.expression import Expression
+from fdi.model.evaluate import Floats
 from fdi.model.system import System
+from fdi.residuals.differentiate import Differentiation
+from fdi.residuals.evaluate import context_of, evaluate_nodes
+from fdi.residuals.node import Node
 from fdi.residuals.rules import Reason
+from fdi.telemetry import Signals
 
 if TYPE_CHECKING:
     import pandas
-
-    from fdi.residuals.differentiate import Differentiation
-    from fdi.residuals.evaluate import Residuals
-    from fdi.telemetry import Signals
-
-NodeKind = Literal["channel", "solve", "loop", "part", "derivative", "residual"]
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """One computation over whole columns.
-
-    Attributes
-    ----------
-    kind : str
-        ``channel``: a measured column. ``solve``: an equation's roots for a variable. ``loop``:
-        several equations at once. ``part``: one unknown of a loop. ``derivative``: of its argument.
-        ``residual``: the difference of the two sides of an equation.
-    equation : int
-        The equation computed (of a loop the first); for a channel its measurement equation.
-    variables : tuple of str
-        What it gives; empty for a residual.
-    expressions : tuple of Expression
-        ``solve``: one per root; ``loop``: one per equation, zero at the solution; ``residual``:
-        one.
-    arguments : tuple of (str, int)
-        Names in the expressions and the nodes that give them.
-    gate : Expression or None
-        Where the equations hold; elsewhere the value is unknown.
-    gate_arguments : tuple of (str, int)
-        Likewise for the gate.
-    """
-
-    kind: NodeKind
-    equation: int
-    variables: tuple[str, ...] = ()
-    expressions: tuple[Expression, ...] = ()
-    arguments: tuple[tuple[str, int], ...] = ()
-    gate: Expression | None = None
-    gate_arguments: tuple[tuple[str, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,9 +118,22 @@ class Bank:
 
     def evaluate(self, signals: Signals, differentiation: Differentiation) -> Residuals:
         """Return every residual over the whole flight, with its predicted spread."""
-        from fdi.residuals.evaluate import evaluate_bank
-
-        return evaluate_bank(self, signals, differentiation)
+        context = context_of(self.system, self.nodes, signals, differentiation)
+        found = evaluate_nodes([generator.node for generator in self.generators], context)
+        equations = self.system.equations
+        tolerance = np.array([equations[g.residual].tolerance for g in self.generators])
+        tolerance.flags.writeable = False
+        return Residuals(
+            self,
+            found.values,
+            found.spread,
+            found.allowance,
+            tolerance,
+            found.delay_s,
+            found.response,
+            signals,
+            differentiation,
+        )
 
     def describe(self, generator: Generator) -> str:
         """Return the equations of a generator as one line a person can read."""
@@ -169,3 +147,54 @@ class Bank:
 
     def _repr_html_(self) -> Any:
         return self.signatures._repr_html_()  # type: ignore[operator]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residuals:
+    """Residual columns, in the order of the bank's generators.
+
+    Attributes
+    ----------
+    values : (r, n) float
+        In each residual's own unit; NaN where an input is unknown or a condition does not hold.
+    spread : (r, n) float
+        Predicted standard deviation in health; 0 where the model states no accuracy.
+    allowance : (r, n) float
+        How far a constant offset of healthy sensors may move it.
+    tolerance : (r,) float
+        How far it may stray by the model's own statement.
+    delay_s : (r,) float
+        How long after a sample the data that its value needs are complete.
+    response : (r, f) float
+        How far one standard deviation of a fault's channel moves a residual, the median over time;
+        NaN where the fault is no channel's or the channel's accuracy is not stated.
+    signals : Signals
+        Handed on with the log's events, flights and parameters.
+    recipe : Differentiation
+        How derivatives were taken.
+    """
+
+    bank: Bank
+    values: Floats
+    spread: Floats
+    allowance: Floats
+    tolerance: Floats
+    delay_s: Floats
+    response: Floats
+    signals: Signals
+    recipe: Differentiation
+
+    @property
+    def t(self) -> Floats:
+        """Return the grid, (n,) s of the log's clock."""
+        return self.signals.t
+
+    def frame(self) -> pandas.DataFrame:
+        """Return the values as a frame, time by residual."""
+        import pandas as pd
+
+        columns = [generator.id for generator in self.bank.generators]
+        return pd.DataFrame(self.values.T, index=pd.Index(self.t, name="t"), columns=columns)
+
+    def __repr__(self) -> str:
+        return f"<Residuals {len(self.values)} over {len(self.t)} samples>"

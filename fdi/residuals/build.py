@@ -16,7 +16,8 @@ from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
 from fdi.model.parts import MEASURED, SLOPE
 from fdi.model.system import System, SystemEquation
-from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
+from fdi.residuals.bank import Bank, Generator, NotImplementable
+from fdi.residuals.node import Node
 from fdi.residuals.rules import (
     Choices,
     NoMatching,

@@ -17,8 +17,9 @@ from fdi.model.codec import decode, encode
 from fdi.model.expression import Apply, Expression, symbols, walk
 from fdi.model.parts import STATES
 from fdi.model.system import System
-from fdi.residuals.bank import Bank, Generator, Node, NotImplementable
+from fdi.residuals.bank import Bank, Generator, NotImplementable
 from fdi.residuals.build import build_bank
+from fdi.residuals.node import Node
 from fdi.residuals.sets import MAX_SETS, Tests
 
 KIND: Final = "bank"

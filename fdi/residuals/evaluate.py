@@ -1,11 +1,11 @@
 """What does every residual say over the whole flight, and how far may it stray in health?
 
-In: a bank, signals and how to differentiate. Out: ``Residuals``: one column per generator with its
-predicted spread. The graph of the bank is walked once. Beside its value, every node carries the
-effects of its inputs: how far it moves when one input is moved by its standard deviation. An effect
-of a function is the difference between the function at the moved and at the given arguments, so a
-residual's Jacobian is never formed, and loops and conditions are treated like everything else. A
-derivative multiplies effects by its noise gain. The spread is the root of the sum of squares.
+In: the nodes of a bank, signals and how to differentiate. Out: one column per residual with its
+predicted spread. The nodes are walked once. Beside its value, every node carries the effects of its
+inputs: how far it moves when one input is moved by its standard deviation. An effect of a function
+is the difference between the function at the moved and at the given arguments, so a residual's
+Jacobian is never formed, and loops and conditions are treated like everything else. A derivative
+multiplies effects by its noise gain. The spread is the root of the sum of squares.
 
 The noise of an input has two parts: the channel's stated accuracy, and its rate of change times the
 uncertainty of its time, a quarter of the channel's own period (the reason why residuals swell in
@@ -19,20 +19,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Symbol, symbols
 from fdi.model.system import System
-from fdi.residuals.bank import Bank, Node
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop
+from fdi.residuals.node import Node
 from fdi.telemetry import Channel, Signals
-
-if TYPE_CHECKING:
-    import pandas
 
 TIMING_SHARE: Final = 0.25
 """Standard deviation of a record's time as a share of its channel's period (a uniform delay within
@@ -51,55 +48,14 @@ Effects = dict[tuple[str, int, int], Floats]
 """(``noise`` or ``offset``, source, generation) to the column by which the value moves."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Residuals:
-    """Residual columns, in the order of the bank's generators.
+class Evaluated(NamedTuple):
+    """Columns of residuals, (r, n), their delays, (r,) s, and responses to faults, (r, f)."""
 
-    Attributes
-    ----------
-    values : (r, n) float
-        In each residual's own unit; NaN where an input is unknown or a condition does not hold.
-    spread : (r, n) float
-        Predicted standard deviation in health; 0 where the model states no accuracy.
-    allowance : (r, n) float
-        How far a constant offset of healthy sensors may move it.
-    tolerance : (r,) float
-        How far it may stray by the model's own statement.
-    delay_s : (r,) float
-        How long after a sample the data that its value needs are complete.
-    response : (r, f) float
-        How far one standard deviation of a fault's channel moves a residual, the median over time;
-        NaN where the fault is no channel's or the channel's accuracy is not stated.
-    signals : Signals
-        Handed on with the log's events, flights and parameters.
-    recipe : Differentiation
-        How derivatives were taken.
-    """
-
-    bank: Bank
     values: Floats
     spread: Floats
     allowance: Floats
-    tolerance: Floats
     delay_s: Floats
     response: Floats
-    signals: Signals
-    recipe: Differentiation
-
-    @property
-    def t(self) -> Floats:
-        """Return the grid, (n,) s of the log's clock."""
-        return self.signals.t
-
-    def frame(self) -> pandas.DataFrame:
-        """Return the values as a frame, time by residual."""
-        import pandas as pd
-
-        columns = [generator.id for generator in self.bank.generators]
-        return pd.DataFrame(self.values.T, index=pd.Index(self.t, name="t"), columns=columns)
-
-    def __repr__(self) -> str:
-        return f"<Residuals {len(self.values)} over {len(self.t)} samples>"
 
 
 @dataclass(slots=True)
@@ -120,7 +76,8 @@ class Context:
     by measurement equation.
     """
 
-    bank: Bank
+    system: System
+    nodes: tuple[Node, ...]
     signals: Signals
     recipe: Differentiation
     constants: Mapping[str, Column]
@@ -137,20 +94,26 @@ class Context:
         return self.recipe.imaginary == "real_part"
 
 
-def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Residuals:
-    """Return the residuals; see :meth:`fdi.residuals.bank.Bank.evaluate`."""
-    system = bank.system
-    context = context_of(bank, signals, recipe)
-    count, size = len(bank.generators), len(signals.t)
+def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
+    """Return the columns of residuals over the whole flight, with what noise does to them.
+
+    Parameters
+    ----------
+    wanted : sequence of int
+        The nodes of the residuals.
+    context : Context
+    """
+    nodes = context.nodes
+    count, size = len(wanted), len(context.signals.t)
     rows: dict[int, list[int]] = {}
-    for row, generator in enumerate(bank.generators):
-        rows.setdefault(generator.node, []).append(row)
+    for row, number in enumerate(wanted):
+        rows.setdefault(number, []).append(row)
     values, spread, allowance = (np.full((count, size), np.nan) for _ in range(3))
     ahead = np.zeros(count)
-    response = np.full((count, len(system.faults)), np.nan)
-    last_use = _last_uses(bank)
+    response = np.full((count, len(context.system.faults)), np.nan)
+    last_use = _last_uses(nodes)
     done: dict[int, Value] = {}
-    for number, node in enumerate(bank.nodes):
+    for number, node in enumerate(nodes):
         done[number] = compute_node(node, done, context)
         for row in rows.get(number, ()):
             value = done[number]
@@ -158,16 +121,15 @@ def evaluate_bank(bank: Bank, signals: Signals, recipe: Differentiation) -> Resi
             spread[row] = _root_sum(value.effects, "noise", size)
             allowance[row] = _sum(value.effects, "offset", size)
             ahead[row] = value.ahead * context.step
-            response[row] = _response(value, system)
+            response[row] = _response(value, context.system)
         for used in {argument for _, argument in (*node.arguments, *node.gate_arguments)}:
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    tolerance = np.array([system.equations[g.residual].tolerance for g in bank.generators])
-    for array in (values, spread, allowance, tolerance, ahead, response):
+    for array in (values, spread, allowance, ahead, response):
         array.flags.writeable = False
-    return Residuals(bank, values, spread, allowance, tolerance, ahead, response, signals, recipe)
+    return Evaluated(values, spread, allowance, ahead, response)
 
 
 def _beginning(signals: Signals) -> slice:
@@ -175,14 +137,17 @@ def _beginning(signals: Signals) -> slice:
     return slice(first, first + max(1, round(BEGINNING_S * signals.rate_hz)))
 
 
-def context_of(bank: Bank, signals: Signals, recipe: Differentiation) -> Context:
+def context_of(
+    system: System, nodes: tuple[Node, ...], signals: Signals, recipe: Differentiation
+) -> Context:
     """Return what the nodes of a bank are computed with."""
     state = signals.state
     return Context(
-        bank,
+        system,
+        nodes,
         signals,
         recipe,
-        {name: np.float64(p.value) for name, p in bank.system.parameters.items()},  # type: ignore[misc]
+        {name: np.float64(p.value) for name, p in system.parameters.items()},  # type: ignore[misc]
         {
             "armed": state.armed,
             "airborne": state.airborne,
@@ -190,7 +155,7 @@ def context_of(bank: Bank, signals: Signals, recipe: Differentiation) -> Context
             "phase": state.phase,
             "step": np.float64(1.0 / signals.rate_hz),  # type: ignore[dict-item]
         },
-        _shown(bank, signals),
+        _shown(system, signals),
         1.0 / signals.rate_hz,
         _beginning(signals),
     )
@@ -206,10 +171,10 @@ def _response(value: Value, system: System) -> Floats:
     return np.array([moved.get(fault.equation, np.nan) for fault in system.faults])
 
 
-def _last_uses(bank: Bank) -> dict[int, int]:
+def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
     return {
         argument: number
-        for number, node in enumerate(bank.nodes)
+        for number, node in enumerate(nodes)
         for _, argument in (*node.arguments, *node.gate_arguments)
     }
 
@@ -252,10 +217,10 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
 
 
 def _channel(node: Node, context: Context) -> Value:
-    measurement = context.bank.system.equations[node.equation].measurement
+    measurement = context.system.equations[node.equation].measurement
     assert measurement is not None
     column = context.signals.columns[measurement.channel]
-    circular = context.bank.system.variables[measurement.variable].circular
+    circular = context.system.variables[measurement.variable].circular
     effects: Effects = {}
     if node.equation in context.added:
         column = column + context.added[node.equation]
@@ -285,7 +250,7 @@ def _noise(
 
 
 def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
-    system = context.bank.system
+    system = context.system
     equation = system.equations[node.equation]
     circular = (
         equation.circular
@@ -346,7 +311,7 @@ def _moved(
 
 def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: Context) -> Floats:
     """Return the roots that solve the equation: a square undone brings some that do not."""
-    equation = context.bank.system.equations[node.equation]
+    equation = context.system.equations[node.equation]
     given = {*columns, node.variables[0]}
     if context.real_part or not {*symbols(equation.left), *symbols(equation.right)} <= given:
         return roots
@@ -360,7 +325,7 @@ def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: 
 
 
 def _choose(roots: Floats, node: Node, context: Context) -> Floats:
-    variable = context.bank.system.variables[node.variables[0]]
+    variable = context.system.variables[node.variables[0]]
     low = -np.inf if variable.low is None else variable.low
     high = np.inf if variable.high is None else variable.high
     inside = np.where((roots >= low) & (roots <= high), roots, np.nan)
@@ -375,9 +340,9 @@ def _near(names: Sequence[str], context: Context) -> Floats:
     return np.array([context.shown.get(name, unknown) for name in names]).reshape(-1, size)
 
 
-def _shown(bank: Bank, signals: Signals) -> dict[str, Floats]:
+def _shown(system: System, signals: Signals) -> dict[str, Floats]:
     shown: dict[str, Floats] = {}
-    for equation in sorted(bank.system.equations, key=lambda e: e.fault is not None):
+    for equation in sorted(system.equations, key=lambda e: e.fault is not None):
         if equation.measurement is not None:
             column = signals.columns[equation.measurement.channel]
             shown.setdefault(equation.measurement.variable, column)
@@ -387,9 +352,9 @@ def _shown(bank: Bank, signals: Signals) -> dict[str, Floats]:
 def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     ((name, number),) = node.arguments
     value = done[number]
-    circular = context.bank.system.variables[name].circular
+    circular = context.system.variables[name].circular
     recipe = context.recipe
-    window = max(recipe.window_s, context.bank.system.equations[node.equation].window)
+    window = max(recipe.window_s, context.system.equations[node.equation].window)
     recipe = replace(recipe, window_s=window)
     column, gain = differentiate(value.column, context.step, recipe, circular=circular)
     effects: Effects = {
@@ -416,7 +381,7 @@ def _curvature(slope: Floats) -> Floats:
 
 def _changing(source: int, context: Context) -> float:
     """Return the share of an input's noise that changes from sample to sample."""
-    measurement = context.bank.system.equations[source].measurement if source >= 0 else None
+    measurement = context.system.equations[source].measurement if source >= 0 else None
     if measurement is None or not measurement.jitter or not measurement.accuracy:
         return 1.0
     return measurement.jitter / measurement.accuracy
@@ -424,7 +389,7 @@ def _changing(source: int, context: Context) -> float:
 
 def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     arguments = {name: done[i] for name, i in node.arguments}
-    unknowns = [context.bank.system.variables[name] for name in node.variables]
+    unknowns = [context.system.variables[name] for name in node.variables]
 
     def solve(columns: Mapping[str, Column]) -> list[Floats]:
         known = {**context.constants, **columns}
@@ -448,5 +413,5 @@ def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
 
 def _part(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     ((_, number),) = node.arguments
-    place = context.bank.nodes[number].variables.index(node.variables[0])
+    place = context.nodes[number].variables.index(node.variables[0])
     return done[number].parts[place]

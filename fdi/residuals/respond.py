@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fdi.model.evaluate import Floats, wrap
-from fdi.residuals.bank import Bank
-from fdi.residuals.evaluate import Context, Residuals, Value, compute_node, context_of
+from fdi.residuals.bank import Bank, Residuals
+from fdi.residuals.evaluate import Context, Value, compute_node, context_of
 from fdi.telemetry import Signals
 
 Fault = Mapping[int, Floats]
@@ -48,16 +48,17 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     span : slice
         Of the grid. A derivative is unknown for half its window at both ends.
     """
-    context = context_of(residuals.bank, _cut(residuals.signals, span), residuals.recipe)
+    bank = residuals.bank
+    context = context_of(bank.system, bank.nodes, _cut(residuals.signals, span), residuals.recipe)
     context = replace(context, spreads=False)
     done: dict[int, Value] = {}
-    for number, node in enumerate(residuals.bank.nodes):
+    for number, node in enumerate(bank.nodes):
         done[number] = compute_node(node, done, context)
     arguments = tuple(
         tuple(argument for _, argument in (*node.arguments, *node.gate_arguments))
-        for node in residuals.bank.nodes
+        for node in bank.nodes
     )
-    return Stretch(residuals.bank, context, tuple(done.values()), arguments)
+    return Stretch(bank, context, tuple(done.values()), arguments)
 
 
 def respond(piece: Stretch, fault: Fault) -> Floats:

@@ -1,0 +1,44 @@
+"""What is one computation of a bank? A node: over whole columns, shared by all that need it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fdi.model.expression import Expression
+
+NodeKind = Literal["channel", "solve", "loop", "part", "derivative", "residual"]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """One computation over whole columns.
+
+    Attributes
+    ----------
+    kind : str
+        ``channel``: a measured column. ``solve``: an equation's roots for a variable. ``loop``:
+        several equations at once. ``part``: one unknown of a loop. ``derivative``: of its argument.
+        ``residual``: the difference of the two sides of an equation.
+    equation : int
+        The equation computed (of a loop the first); for a channel its measurement equation.
+    variables : tuple of str
+        What it gives; empty for a residual.
+    expressions : tuple of Expression
+        ``solve``: one per root; ``loop``: one per equation, zero at the solution; ``residual``:
+        one.
+    arguments : tuple of (str, int)
+        Names in the expressions and the nodes that give them.
+    gate : Expression or None
+        Where the equations hold; elsewhere the value is unknown.
+    gate_arguments : tuple of (str, int)
+        Likewise for the gate.
+    """
+
+    kind: NodeKind
+    equation: int
+    variables: tuple[str, ...] = ()
+    expressions: tuple[Expression, ...] = ()
+    arguments: tuple[tuple[str, int], ...] = ()
+    gate: Expression | None = None
+    gate_arguments: tuple[tuple[str, int], ...] = ()
