@@ -10,7 +10,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``airframe.py``, ``parts.py``: the values
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
 - ``dimensions.py``: units
-- ``system.py``: what holds with one log
+- ``observe.py``, ``system.py``: what holds with one log, part by part, and as a value
 - ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
 - ``placement.py``: which further telemetry would show more
 """

@@ -1,13 +1,27 @@
-"""What is known about a vehicle, before any log? The value of the load stage."""
+"""What is known about a vehicle, before any log, and which of it holds with one?
+
+The value of the load stage, ``Airframe``, and the observe stage: with a log it gives a ``System``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+from fdi.errors import LogError
 from fdi.model.dimensions import Dimension
+from fdi.model.observe import (
+    faults_of,
+    first_inputs,
+    is_present,
+    measurement_equation,
+    relation_equation,
+    request_of,
+    usable,
+    value_of,
+)
 from fdi.model.parts import Component, Equation, Measurement, Parameter, Variable
-from fdi.model.system import System, build_system
+from fdi.model.system import System
 from fdi.telemetry import Log
 
 
@@ -52,7 +66,40 @@ class Airframe:
         LogError
             The log has no channel that the model measures.
         """
-        return build_system(self, log, also)
+        warnings: list[str] = []
+        parameters = {name: value_of(p, log) for name, p in self.parameters.items()}
+        present = first_inputs(
+            m
+            for m in self.measurements
+            if m.channel.source in also or self._shows(log, m, warnings)
+        )
+        if not present:
+            raise LogError(
+                f"holds no message that the model {self.name!r} measures",
+                where=log.name if log else "",
+                hint="choose another model with --model",
+            )
+        relations, curtailed = usable(self.equations, self.measurements, present, log, warnings)
+        equations = [relation_equation(e, self.variables) for e in relations]
+        equations += [measurement_equation(m, self.variables) for m in present]
+        unknowns = {name for equation in equations for name in equation.edges}
+        return System(
+            name=self.name,
+            sha256=self.sha256,
+            equations=tuple(equations),
+            unknowns=tuple(sorted(unknowns)),
+            faults=tuple(faults_of(equations, self.components)),
+            channels=tuple(request_of(m, self.variables[m.variable], parameters) for m in present),
+            variables=self.variables,
+            parameters=parameters,
+            components=self.components,
+            curtailed=curtailed,
+            warnings=tuple(warnings),
+        )
+
+    def _shows(self, log: Log | None, measurement: Measurement, warnings: list[str]) -> bool:
+        unit = self.variables[measurement.variable].unit
+        return is_present(measurement, log, unit, self.parameters, self.units, warnings)
 
     def __repr__(self) -> str:
         return (

@@ -1,0 +1,288 @@
+"""What of a model holds with the telemetry of this very log? Part by part.
+
+In: measurements, equations, parameters of an airframe and a log. Out: the parts of a ``System``,
+which :meth:`fdi.model.airframe.Airframe.observe` puts together. Whether an equation can be solved
+for an unknown follows from its expression (see ``calculus.py``) unless the model says otherwise.
+
+The trap for a maintainer: inside a measurement equation the channel's value is always called
+``measured``, so that expressions of equal shape stay equal whatever the channel is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import isclose, nan
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.errors import ModelError
+from fdi.model.calculus import isolate
+from fdi.model.dimensions import Dimension, dimension
+from fdi.model.evaluate import evaluate, holds
+from fdi.model.expression import Expression, Number, Symbol, differential, substitute, symbols
+from fdi.model.parts import (
+    MEASURED,
+    STATES,
+    Component,
+    Equation,
+    Kind,
+    Measurement,
+    Parameter,
+    Variable,
+)
+from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
+from fdi.model.world import world_value
+from fdi.telemetry import Log, Request
+
+
+def usable(
+    equations: Sequence[Equation],
+    measurements: Sequence[Measurement],
+    present: Sequence[Measurement],
+    log: Log | None,
+    warnings: list[str],
+) -> tuple[list[Equation], frozenset[str]]:
+    """Return the equations whose inputs this telemetry shows, and the components curtailed.
+
+    A relation that needs an input is a statement about what is known. Without the channel the
+    variable would become one more unknown, and every equation that shares it would be tied to all
+    others: thousands of entangled sets that nobody meant. A component whose relation falls away is
+    curtailed, unless all that is lacking is a sensor of its own that the vehicle does not have.
+    """
+    shown = {m.variable for m in present}
+    unwatched = {m.variable for m in measurements if m.stillness} - shown
+    lost = {m.variable for m in measurements if m.trusted} - shown - unwatched
+    lost = _not_computed(lost, equations)
+    kept = [e for e in equations if not unwatched & set(symbols(e.left))]
+    curtailed: set[str] = set()
+    for name in sorted(lost):
+        without = [e for e in kept if name in (*symbols(e.left), *symbols(e.right))]
+        kept = [e for e in kept if e not in without]
+        if without:
+            names = ", ".join(e.name for e in without)
+            warnings.append(f"no channel of this log shows {name}: without {names}")
+        channels = {m.channel for m in measurements if m.trusted and m.variable == name}
+        heard = {c for c in channels if log is not None and c.source in log}
+        for equation in without:
+            own = {
+                m.channel
+                for m in measurements
+                if not m.trusted and m.component == equation.component
+            }
+            if equation.component and (heard or not channels <= own):
+                curtailed.add(equation.component)
+    return kept, frozenset(curtailed)
+
+
+def _not_computed(lost: set[str], equations: Iterable[Equation]) -> set[str]:
+    """Return the inputs that no equation gives which can only be solved for them."""
+    for equation in equations:
+        names = {*symbols(equation.left), *symbols(equation.right)}
+        given = equation.solves or frozenset()
+        if len(given) == 1 and given <= lost and not lost & (names - given):
+            lost = lost - given
+    return lost
+
+
+def first_inputs(present: Iterable[Measurement]) -> list[Measurement]:
+    """Return the measurements with one input for a variable: a second one would be a copy."""
+    shown: set[str] = set()
+    kept = []
+    for measurement in present:
+        if measurement.trusted and measurement.variable in shown:
+            continue
+        if measurement.trusted:
+            shown.add(measurement.variable)
+        kept.append(measurement)
+    return kept
+
+
+def is_present(
+    measurement: Measurement,
+    log: Log | None,
+    wanted: str,
+    parameters: Mapping[str, Parameter],
+    units: Mapping[str, Dimension],
+    warnings: list[str],
+) -> bool:
+    """Return whether a log shows a measurement; what is not usable of it is added to warnings.
+
+    Parameters
+    ----------
+    wanted : str
+        The unit of the measured variable.
+    parameters, units
+        Of the airframe.
+
+    Raises
+    ------
+    ModelError
+        The log gives another unit.
+    """
+    if log is None:
+        return True
+    channel = measurement.channel
+    if channel.source not in log:
+        return False
+    message = log[channel.source]
+    asked = _fields(measurement, parameters)
+    missing = [name for name in asked if name not in message.fields]
+    if missing:
+        if message.made_from is None:  # otherwise the log has no such message at all
+            warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
+        return False
+    if measurement.value is not None or measurement.raw:
+        return True
+    own = message.unit(channel.field)
+    if not own and (units.get(wanted) or dimension(wanted)).exponents:
+        warnings.append(
+            f"{channel}: this log does not state its unit (raw: true takes it as it is)"
+        )
+        return False
+    if not _fits(own, wanted, units):
+        raise ModelError(
+            f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
+            where=str(channel),
+        )
+    return message.has_known(channel.field)
+
+
+def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
+    """Return whether a log's values are in the unit of a variable."""
+    if own == wanted:
+        return True
+    variable = units.get(wanted) or dimension(wanted)
+    if own:
+        return (units.get(own) or dimension(own)).fits(variable)
+    # No unit is a number; per cent and degrees it is not, because these became fractions and
+    # radians when the log was read.
+    return isclose(variable.factor, 1.0)
+
+
+def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the message fields that a measurement reads; a parameter of the model is none."""
+    own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
+    condition = symbols(measurement.when) if measurement.when else ()
+    names = dict.fromkeys((*own, *condition))
+    return tuple(name for name in names if name not in STATES and name not in parameters)
+
+
+def relation_equation(equation: Equation, variables: Mapping[str, Variable]) -> SystemEquation:
+    """Return an equation of the model over the unknowns of a system."""
+    names = dict.fromkeys((*symbols(equation.left), *symbols(equation.right)))
+    unknowns = [name for name in names if name in variables]
+    return SystemEquation(
+        equation.name,
+        equation.kind,
+        equation.left,
+        equation.right,
+        {name: _edge(equation, name, variables[name]) for name in unknowns},
+        circular=any(
+            isinstance(side, Symbol) and side.name in variables and variables[side.name].circular
+            for side in (equation.left, equation.right)
+        ),
+        when=equation.when,
+        cost=equation.cost,
+        fault=equation.fault,
+        component=equation.component,
+        tolerance=equation.tolerance,
+        window=equation.window,
+        offset=equation.offset,
+        side=equation.side,
+        scale=equation.scale,
+        supports=equation.supports,
+        unit=equation.unit,
+        suspects=equation.suspects,
+        text=equation.text,
+    )
+
+
+def _edge(equation: Equation, name: str, variable: Variable) -> EdgeKind:
+    pair = differential(equation.left, equation.right)
+    if pair:
+        return "derivative" if pair[0] == name else "integral"
+    if equation.solves is not None:
+        return "solvable" if name in equation.solves else "fixed"
+    signed = variable.low is None or variable.low < 0
+    solution = isolate(equation.left, equation.right, name, signed=signed)
+    return "solvable" if solution is not None and len(solution.roots) == 1 else "fixed"
+
+
+def measurement_equation(
+    measurement: Measurement, variables: Mapping[str, Variable]
+) -> SystemEquation:
+    """Return the equation that a channel of the log brings."""
+    channel = str(measurement.channel)
+    # A channel may be an input of one variable and the measurement of another.
+    return SystemEquation(
+        f"{channel}>{measurement.variable}" if measurement.trusted else channel,
+        Kind.INPUT if measurement.trusted else Kind.MEASUREMENT,
+        Symbol(measurement.variable),
+        Symbol(MEASURED),
+        {measurement.variable: "solvable"},
+        circular=variables[measurement.variable].circular,
+        fault=None if measurement.trusted else str(measurement.channel),
+        component=measurement.component,
+        unit=variables[measurement.variable].unit,
+        measurement=measurement,
+        text=f"{measurement.variable} = {measurement.channel}",
+    )
+
+
+def faults_of(
+    equations: Sequence[SystemEquation], components: Mapping[str, Component]
+) -> list[Fault]:
+    """Return the faults that enter equations, in their order."""
+    faults = []
+    for number, equation in enumerate(equations):
+        if equation.fault is None:
+            continue
+        component = equation.component or "outside_model"
+        group = (
+            equation.measurement.group
+            if equation.measurement and equation.measurement.group != "other"
+            else components[component].group
+        )
+        faults.append(Fault(equation.fault, component, group, number))
+    return faults
+
+
+def request_of(
+    measurement: Measurement, variable: Variable, parameters: Mapping[str, ParameterValue]
+) -> Request:
+    """Return what to ask of a log for a measurement."""
+    constants = {name: Number(value.value) for name, value in parameters.items()}
+    value, when = measurement.value, measurement.when
+    return Request(
+        channel=measurement.channel,
+        fields=_fields(measurement, parameters),
+        value=None if value is None else _compute(substitute(value, constants)),
+        valid=None if when is None else _hold(substitute(when, constants)),
+        raw=measurement.raw,
+        circular=variable.circular,
+        latency=measurement.latency,
+    )
+
+
+def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[Any]]:
+    return lambda columns: evaluate(expression, columns)
+
+
+def _hold(condition: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[np.bool_]]:
+    return lambda columns: holds(condition, columns)
+
+
+def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
+    """Return the value that a parameter has with a log."""
+    for name in parameter.log_names if log else ():
+        assert log is not None
+        if name in log.parameters:
+            value = log.parameters[name] * parameter.log_scale
+            return ParameterValue(value, parameter.unit, "log")
+    if parameter.world and log:
+        # A default would be wrong nearly everywhere: what the place and day do not tell is unknown.
+        world = world_value(parameter.world, log)
+        return ParameterValue(nan if world is None else world, parameter.unit, "log")
+    return ParameterValue(parameter.value, parameter.unit, "default")
