@@ -23,7 +23,7 @@ def modules_loaded_by(statement: str) -> set[str]:
 def test_imports_run_one_way(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The contracts of .importlinter: layers of rooms, and structure as pure graph theory."""
+    """The contracts of .importlinter: layers of rooms, pure graph theory, no circles."""
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(sys, "path", list(sys.path))  # the linter puts the folder in front
     status = lint_imports(config_filename=str(ROOT / ".importlinter"), no_cache=True, no_logo=True)

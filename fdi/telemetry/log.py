@@ -23,7 +23,7 @@ from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
-from fdi.telemetry.signals import Request, Sampling, Signals, resample
+from fdi.telemetry.signals import Material, Request, Sampling, Signals, resample
 
 _BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
 _WINGED: Final = ("plane", "vtol", "other")  # can rise without thrust, or nobody knows
@@ -243,7 +243,10 @@ class Log:
 
     def signals(self, requests: Iterable[Request], sampling: Sampling | None = None) -> Signals:
         """Return the requested quantities on one time grid, NaN where unknown."""
-        return resample(self, tuple(requests), sampling or Sampling())
+        material = Material(
+            self.messages, self.span, self.events, self.flights, self.parameters, self.name
+        )
+        return resample(material, tuple(requests), sampling or Sampling())
 
     def __repr__(self) -> str:
         records = sum(len(m) for m in self.messages.values())

@@ -1,6 +1,7 @@
 """What are the requested quantities at the points of one time grid?
 
-In: a `Log`, what a model asks of it (`Request`), how a policy samples (`Sampling`). Out: `Signals`.
+In: what a `Log` holds (`Material`), what a model asks of it (`Request`), how a policy samples
+(`Sampling`). Out: `Signals`.
 
 A quantity is computed at the times of its records, then interpolated linearly between two records
 that are both known and not further apart than a gap; angles on the circle. One that is made of
@@ -22,13 +23,11 @@ from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
 from fdi.telemetry.channel import Channel
-from fdi.telemetry.events import Event, Flight, FlightState
+from fdi.telemetry.events import Event, Flight, FlightState, flight_state
+from fdi.telemetry.message import Message
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from fdi.telemetry.log import Log
-    from fdi.telemetry.message import Message
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[np.generic]]
@@ -40,6 +39,28 @@ _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not
 _SAMPLES: Final = 500_000  # of a log's own extent: 14 h at 10 Hz, whatever there are of records
 _SAMPLES_PER_RECORD: Final = 10  # a longer one would be unknown nearly everywhere
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """What of a log its signals are made from.
+
+    Attributes
+    ----------
+    messages : Mapping[str, Message]
+        By key.
+    span : (float, float)
+        s, first and last record.
+    events, flights, parameters, log_name
+        Handed on with the signals.
+    """
+
+    messages: Mapping[str, Message]
+    span: tuple[float, float]
+    events: tuple[Event, ...]
+    flights: tuple[Flight, ...]
+    parameters: Mapping[str, float]
+    log_name: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +181,7 @@ class _Records:
         return float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
 
 
-def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Signals:
+def resample(material: Material, requests: tuple[Request, ...], sampling: Sampling) -> Signals:
     """Return the requested quantities of a log on one grid.
 
     Raises
@@ -170,9 +191,9 @@ def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Sig
     LogError
         The automatic rate is wanted and no requested channel is in the log.
     """
-    records = {r.channel: _records(log, r, sampling) for r in requests}
+    records = {r.channel: _records(material, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
-    t = _grid(log, sampling.window, rate)
+    t = _grid(material, sampling.window, rate)
     columns, period = {}, {}
     for channel, record in records.items():
         values = _interpolate(record, t, sampling)
@@ -184,19 +205,19 @@ def resample(log: Log, requests: tuple[Request, ...], sampling: Sampling) -> Sig
         t,
         MappingProxyType(columns),
         MappingProxyType(period),
-        log.state(t),
+        flight_state(t, material.events, material.flights),
         rate,
-        log.events,
-        log.flights,
-        log.parameters,
-        log.name,
+        material.events,
+        material.flights,
+        material.parameters,
+        material.log_name,
     )
 
 
-def _extent(log: Log) -> tuple[float, float]:
-    if not log.flights:
-        return log.span
-    return min(f.start for f in log.flights), max(f.end for f in log.flights)
+def _extent(material: Material) -> tuple[float, float]:
+    if not material.flights:
+        return material.span
+    return min(f.start for f in material.flights), max(f.end for f in material.flights)
 
 
 def _own_rate(records: Mapping[Channel, _Records]) -> float:
@@ -207,14 +228,14 @@ def _own_rate(records: Mapping[Channel, _Records]) -> float:
     return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
 
 
-def _grid(log: Log, window: tuple[float, float] | None, rate: float) -> Floats:
-    low, high = _extent(log) if window is None else window
+def _grid(material: Material, window: tuple[float, float] | None, rate: float) -> Floats:
+    low, high = _extent(material) if window is None else window
     if not (np.isfinite([low, high, rate]).all() and low <= high and rate > 0):
         raise UsageError(f"a window from {low} to {high} s at {rate} Hz makes no grid")
     count = int((high - low) * rate * (1 + _TIE) + _TIE) + 1
     most = _MOST_SAMPLES
     if window is None:
-        records = sum(message.stamp.size for message in log.messages.values())
+        records = sum(message.stamp.size for message in material.messages.values())
         most = min(most, _SAMPLES + _SAMPLES_PER_RECORD * records)
     if count > most:
         said = f"{high - low:g} s at {rate:g} Hz make {count} samples"
@@ -225,8 +246,8 @@ def _grid(log: Log, window: tuple[float, float] | None, rate: float) -> Floats:
     return low + np.arange(count) / rate
 
 
-def _records(log: Log, request: Request, sampling: Sampling) -> _Records:
-    message = log.messages.get(request.channel.source)
+def _records(material: Material, request: Request, sampling: Sampling) -> _Records:
+    message = material.messages.get(request.channel.source)
     names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
     if message is None or any(name not in message for name in names):
         return _Records(np.empty(0), np.empty(0), request.circular)
@@ -239,7 +260,7 @@ def _records(log: Log, request: Request, sampling: Sampling) -> _Records:
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
         value[~np.isfinite(value)] = np.nan
         if request.valid is not None:
-            value[~_valid(log, request.valid, fields, t)] = np.nan
+            value[~_valid(material, request.valid, fields, t)] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return _Records(t - request.latency, value, request.circular, is_discrete)
@@ -253,9 +274,9 @@ def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np
 
 
 def _valid(
-    log: Log, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
+    material: Material, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
 ) -> NDArray[np.bool_]:
-    state = log.state(t)
+    state = flight_state(t, material.events, material.flights)
     known = {
         **fields,
         "armed": state.armed,

@@ -1,6 +1,6 @@
 """Resampling: unknown is never bridged, known values never leave their neighbours."""
 
-from types import MappingProxyType, SimpleNamespace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from fdi.errors import LogError, UsageError
 from fdi.telemetry import Channel, Request, Sampling
-from fdi.telemetry.events import flight_state
 from fdi.telemetry.message import Column, Message
-from fdi.telemetry.signals import resample
+from fdi.telemetry.signals import Material, resample
 from fdi.units import Conversion
 
 from .build import Flight
@@ -20,20 +19,13 @@ A = Channel("M", "a")
 
 
 def log_of(t, value, stamp=None, *, is_discrete=False):
-    """Return what `resample` needs of a log with one message M and its field a."""
+    """Return a log's material with one message M and its field a."""
     t, value = np.asarray(t, float), np.asarray(value, float)
     stamp = t if stamp is None else np.asarray(stamp, float)
     column = Column(lambda: value.copy(), Conversion("rad"), is_discrete=is_discrete)
     message = Message("M", None, t, stamp, np.arange(t.size), {"a": column})
-    return SimpleNamespace(
-        messages={"M": message},
-        flights=(),
-        events=(),
-        parameters=MappingProxyType({}),
-        name="log",
-        span=(float(t[0]), float(t[-1])),
-        state=lambda at: flight_state(at, (), ()),
-    )
+    span = (float(t[0]), float(t[-1]))
+    return Material({"M": message}, span, (), (), MappingProxyType({}), "log")
 
 
 def values(log, *, request=None, **sampling):
