@@ -10,7 +10,7 @@ has fewer equations in loops and lets less noise through.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
@@ -22,13 +22,13 @@ from fdi.residuals.rules import (
     Choices,
     NoMatching,
     Reason,
-    ValidMatching,
     best_matchings,
     cheapest_matching,
     choices_of,
 )
 from fdi.residuals.sets import FORWARD, MAX_DERIVED, Tests, sets_of
 from fdi.residuals.solve import solve
+from fdi.structure.sequence import Order
 
 
 class _UnsolvableError(Exception):
@@ -63,12 +63,13 @@ def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
                 NotImplementable(numbers, faults, matching.text, origin, matching.reason)
             )
             continue
+        solved = choices.solved(matching)
         try:
-            node = graph.add_generator(matching)
+            node = graph.add_generator(matching, solved)
         except _UnsolvableError as error:
             refused.append(NotImplementable(numbers, faults, str(error), origin, error.reason))
             continue
-        used = tuple(sorted({matching.residual, *(i for i, _ in matching.pairs)}))
+        used = tuple(sorted({matching.residual, *solved}))
         generators.append(
             Generator(
                 f"r{len(generators) + 1}",
@@ -76,7 +77,7 @@ def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
                 tuple(fault_of[i] for i in used if i in fault_of),
                 node,
                 matching.residual,
-                matching.pairs,
+                tuple(solved.items()),
                 matching.restricted,
                 origin,
             )
@@ -91,9 +92,7 @@ def build_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
     )
 
 
-def _matching(
-    choices: Choices, numbers: tuple[int, ...], *, published: bool
-) -> ValidMatching | NoMatching:
+def _matching(choices: Choices, numbers: tuple[int, ...], *, published: bool) -> Order | NoMatching:
     """Return the matching by which a set is implemented, or why there is none."""
     if published:
         return cheapest_matching(choices, numbers)
@@ -114,16 +113,17 @@ class _Graph:
             if e.measurement is not None:
                 self._shown.setdefault(e.measurement.variable, i)
 
-    def add_generator(self, matching: ValidMatching) -> int:
+    def add_generator(self, order: Order, solved: Mapping[int, str]) -> int:
         """Return the node of a generator's residual, with everything before it added."""
         values: dict[str, int] = {}
-        solved = dict(matching.pairs)
-        for block in matching.blocks:
-            if len(block) > 1:
-                self._add_loop(block, solved, values)
+        for block in order.blocks:
+            numbers = tuple(number for number, _ in block)
+            if len(numbers) > 1:
+                self._add_loop(numbers, solved, values)
             else:
-                values[solved[block[0]]] = self._add_step(block[0], solved[block[0]], values)
-        return self._add_residual(matching.residual, values)
+                name = solved[numbers[0]]
+                values[name] = self._add_step(numbers[0], name, values)
+        return self._add_residual(order.residual, values)
 
     def _add(self, node: Node) -> int:
         if node not in self._number:
@@ -201,7 +201,7 @@ class _Graph:
         return self._add(Node("solve", number, (name,), roots, arguments, gate, gate_arguments))
 
     def _add_loop(
-        self, block: tuple[int, ...], solved: dict[int, str], values: dict[str, int]
+        self, block: tuple[int, ...], solved: Mapping[int, str], values: dict[str, int]
     ) -> None:
         if any(self.system.equations[i].differential for i in block):
             names = ", ".join(self.system.equations[i].name for i in block)
@@ -210,7 +210,7 @@ class _Graph:
         values.update(self._add_newton(block, solved, values))
 
     def _add_newton(
-        self, block: tuple[int, ...], solved: dict[int, str], values: dict[str, int]
+        self, block: tuple[int, ...], solved: Mapping[int, str], values: dict[str, int]
     ) -> dict[str, int]:
         names = tuple(solved[i] for i in block)
         expressions = []

@@ -51,35 +51,6 @@ class Reason(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class ValidMatching:
-    """A matching that can be computed.
-
-    Attributes
-    ----------
-    pairs : tuple of (int, str)
-        Equation and the unknown it is solved for, in computing order within ``blocks``.
-    blocks : tuple of tuple of int
-        Equations in computing order; a block of several is an algebraic loop.
-    residual : int
-        The equation left over.
-    cost : float
-    restricted : bool
-        Whether no non-invertible edge is matched.
-    """
-
-    pairs: tuple[tuple[int, str], ...]
-    blocks: tuple[tuple[int, ...], ...]
-    residual: int
-    cost: float
-    restricted: bool
-
-    @property
-    def loops(self) -> int:
-        """Number of equations that are solved in loops."""
-        return sum(len(block) for block in self.blocks if len(block) > 1)
-
-
-@dataclass(frozen=True, slots=True)
 class NoMatching:
     """Why a set has no valid matching, as a reason and in words."""
 
@@ -102,6 +73,10 @@ class Choices:
     equations: tuple[SystemEquation, ...]
     steps: Steps
     names: tuple[str, ...]
+
+    def solved(self, order: Order) -> dict[int, str]:
+        """Return what every matched equation is solved for, in computing order."""
+        return {e: self.names[u] for block in order.blocks for e, u in block}
 
 
 def choices_of(equations: Sequence[SystemEquation]) -> Choices:
@@ -136,7 +111,7 @@ def choices_of(equations: Sequence[SystemEquation]) -> Choices:
     return Choices(tuple(equations), steps, tuple(place))
 
 
-def matchings(choices: Choices, numbers: Sequence[int]) -> Iterator[ValidMatching | NoMatching]:
+def matchings(choices: Choices, numbers: Sequence[int]) -> Iterator[Order | NoMatching]:
     """Yield what comes of each choice of what to leave over, the cheapest for the rest first.
 
     Parameters
@@ -163,15 +138,15 @@ def matchings(choices: Choices, numbers: Sequence[int]) -> Iterator[ValidMatchin
         elif with_fault.isdisjoint({found.residual, *(e for b in found.blocks for e, _ in b)}):
             yield NoMatching(Reason.NO_FAULT, "it compares nothing that could fail")
         else:
-            yield _named(found, choices)
+            yield found
 
 
-def cheapest_matching(choices: Choices, numbers: Sequence[int]) -> ValidMatching | NoMatching:
+def cheapest_matching(choices: Choices, numbers: Sequence[int]) -> Order | NoMatching:
     """Return the published choice, or why there is none.
 
     That is the cheapest matching without non-invertible edges, else the cheapest valid one.
     """
-    fallback: ValidMatching | None = None
+    fallback: Order | None = None
     reason: NoMatching | None = None
     for found in matchings(choices, numbers):
         if isinstance(found, NoMatching):
@@ -185,7 +160,7 @@ def cheapest_matching(choices: Choices, numbers: Sequence[int]) -> ValidMatching
 
 def best_matchings(
     choices: Choices, numbers: Sequence[int], k: int
-) -> tuple[ValidMatching, ...] | NoMatching:
+) -> tuple[Order, ...] | NoMatching:
     """Return the k best valid matchings of a set, or why there is none.
 
     Parameters
@@ -198,7 +173,7 @@ def best_matchings(
 
     Returns
     -------
-    tuple of ValidMatching or NoMatching
+    tuple of Order or NoMatching
         Those without non-invertible edges first, then by cost (a differentiation costs 100), then
         by the number of equations in loops, then by noise gain.
 
@@ -207,13 +182,13 @@ def best_matchings(
     A set of redundancy one has as many choices as equations. Of the many choices of others the
     64 cheapest are compared, and more only until one is valid.
     """
-    valid: list[tuple[tuple[bool, float, int, float, int], ValidMatching]] = []
+    valid: list[tuple[tuple[bool, float, int, float, int], Order]] = []
     reason: NoMatching | None = None
     for number, found in enumerate(matchings(choices, numbers), 1):
         if isinstance(found, NoMatching):
             reason = reason or found
         else:
-            gain = noise_gain(choices.equations, found)
+            gain = noise_gain(choices, found)
             valid.append(((not found.restricted, found.cost, found.loops, gain, number), found))
         if valid and number >= MAX_COMPARED:
             break
@@ -222,14 +197,13 @@ def best_matchings(
     return tuple(found for _, found in sorted(valid, key=lambda item: item[0])[:k])
 
 
-def noise_gain(equations: Sequence[SystemEquation], matching: ValidMatching) -> float:
+def noise_gain(choices: Choices, order: Order) -> float:
     """Return how much noise a matching lets through to its residual, as far as structure tells.
 
     Parameters
     ----------
-    equations : sequence of SystemEquation
-        All equations of the system.
-    matching : ValidMatching
+    choices : Choices
+    order : Order
 
     Returns
     -------
@@ -239,16 +213,16 @@ def noise_gain(equations: Sequence[SystemEquation], matching: ValidMatching) -> 
         for it: there the slope is 1 / f', which grows where f is flat. What one channel contributes
         on several ways adds up. A derivative over 1 s has slope 1.
     """
-    solved = dict(matching.pairs)
+    equations = choices.equations
     noise: dict[str, dict[int, float]] = {}
-    for block in matching.blocks:
-        own = {solved[number] for number in block}
-        total = _noise_of(equations, block, noise, own)
-        inverted = len(block) > 1 or not _is_explicit(equations[block[0]], solved[block[0]])
+    for block in order.blocks:
+        first, own = block[0][0], {choices.names[unknown] for _, unknown in block}
+        total = _noise_of(equations, [number for number, _ in block], noise, own)
+        inverted = len(block) > 1 or not _is_explicit(equations[first], *own)
         scale = INVERTED_SLOPE if inverted else 1.0
         for name in own:
             noise[name] = {channel: scale * part for channel, part in total.items()}
-    left = _noise_of(equations, (matching.residual,), noise, set())
+    left = _noise_of(equations, (order.residual,), noise, set())
     return math.sqrt(sum(part**2 for part in left.values()))
 
 
@@ -278,16 +252,6 @@ def _is_explicit(equation: SystemEquation, name: str) -> bool:
     alone = Symbol(name)
     return (left == alone and name not in symbols(right)) or (
         right == alone and name not in symbols(left)
-    )
-
-
-def _named(order: Order, choices: Choices) -> ValidMatching:
-    return ValidMatching(
-        tuple((e, choices.names[u]) for block in order.blocks for e, u in block),
-        tuple(tuple(e for e, _ in block) for block in order.blocks),
-        order.residual,
-        order.cost,
-        order.restricted,
     )
 
 
