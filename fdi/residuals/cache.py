@@ -13,6 +13,7 @@ import json
 from typing import Any, Final
 
 from fdi import store
+from fdi.errors import EntryError
 from fdi.model.codec import decode, encode
 from fdi.model.expression import Apply, Expression, symbols, walk
 from fdi.model.parts import STATES
@@ -73,18 +74,18 @@ def _read_bank(system: System, tree: Any) -> Bank | None:
             decode(tuple[str, ...], notes),
         )
         _check(bank)
-    except (ValueError, TypeError, KeyError, IndexError, OverflowError):
+    except (EntryError, ValueError, TypeError, KeyError, IndexError, OverflowError):
         return None
     return bank
 
 
 def _require(holds: bool) -> None:
     if not holds:
-        raise ValueError("not a bank of this system")
+        raise EntryError("not a bank of this system")
 
 
 def _check(bank: Bank) -> None:
-    """Raise ValueError where evaluation would run astray."""
+    """Raise EntryError where evaluation would run astray."""
     system = bank.system
     for number, node in enumerate(bank.nodes):
         _check_node(bank, number, node)
