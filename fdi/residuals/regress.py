@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 
@@ -47,8 +48,8 @@ def slope(
     slope : (n,) float
         In the unit of the followers per that of the leaders.
     error : (n,) float
-        What is left over, of which samples closer than ``CORRELATED_S`` count once, and the
-        share of the slope that the noise of the leaders takes away.
+        What is left over, of which samples closer than ``CORRELATED_S`` count once, and what the
+        noise of the leaders takes from the slope; infinite where they show nothing but noise.
 
     References
     ----------
@@ -64,25 +65,31 @@ def slope(
     >>> round(float(value[120]), 3), round(float(error[120]), 3)
     (1.2, 0.006)
     """
-    count = len(step_known := np.isfinite(np.sum([*followers, *leaders], axis=0)))
+    known = np.isfinite(np.sum([*followers, *leaders], axis=0))
     half = max(1, round(window_s / (2 * step)))
-    number = _windowed(step_known.astype(float), half)
-    below, along, left, noise = (np.zeros(count) for _ in range(4))
+    number = _windowed(known.astype(float), half)
+    enough = number >= LEAST_KNOWN * (2 * half + 1)
+    share = np.divide(1.0, number, where=enough, out=np.full(len(known), np.nan))
+    leading, common, following, noise = (np.zeros(len(known)) for _ in range(4))
     for follower, leader, own in zip(followers, leaders, noises, strict=True):
-        y, x, variance = (np.where(step_known, part, 0.0) for part in (follower, leader, own**2))
-        y, x = (part - part.sum() / max(1, step_known.sum()) * step_known for part in (y, x))
-        mean_y, mean_x = _windowed(y, half) / number, _windowed(x, half) / number
-        below += _windowed(x * x, half) / number - mean_x**2
-        along += _windowed(x * y, half) / number - mean_x * mean_y
-        left += _windowed(y * y, half) / number - mean_y**2
-        noise += _windowed(np.nan_to_num(variance), half) / number
-    enough = (number >= LEAST_KNOWN * (2 * half + 1)) & (below > 0)
+        y, x = _centred(follower, known), _centred(leader, known)
+        mean_y, mean_x = share * _windowed(y, half), share * _windowed(x, half)
+        leading += share * _windowed(x * x, half) - mean_x**2
+        common += share * _windowed(x * y, half) - mean_x * mean_y
+        following += share * _windowed(y * y, half) - mean_y**2
+        noise += share * _windowed(np.where(known, own**2, 0.0), half)
     with np.errstate(divide="ignore", invalid="ignore"):
-        value = np.where(enough, along / below, np.nan)
-        apart = max(1.0, window_s / CORRELATED_S)
-        scatter = np.maximum(left - value * along, 0.0) / below / apart
-        error = np.hypot(np.sqrt(scatter), value * noise / below)
-    return value, error
+        value = np.where(leading > 0, common / leading, np.nan)
+        left = np.maximum(following - value * common, 0.0)
+        scatter = np.sqrt(left / leading / max(1.0, window_s / CORRELATED_S))
+        lost = value * noise / np.maximum(leading - noise, 0.0)
+        return value, np.hypot(scatter, lost)
+
+
+def _centred(values: Floats, known: NDArray[np.bool_]) -> Floats:
+    """Return the known samples about their mean, so that sums of squares stay exact, else 0."""
+    mean = values[known].mean() if known.any() else 0.0
+    return np.where(known, values - mean, 0.0)
 
 
 def _windowed(values: Floats, half: int) -> Floats:
