@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
@@ -189,7 +189,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         left, right = parse_equation(entry.text)
         draft.check_names(left)
         draft.check_names(right)
-        _check_derivatives(left, right)
+        _check_windowed(left, right, definition)
         unit = _check_units(left, right, draft)
         tolerance = quantity(entry.tolerance, unit) if entry.tolerance is not None else 0.0
         solves = None if entry.solves is None else frozenset(entry.solves)
@@ -255,6 +255,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             solves=frozenset(entry.solves or ()),
             component=entry.component,
             suspects=tuple(entry.suspects),
+            always=entry.always,
             unit=spell(unit),
         )
     return None
@@ -269,17 +270,23 @@ def _condition(text: str | None, draft: _Draft) -> Expression | None:
     return condition
 
 
-def _check_derivatives(left: Expression, right: Expression) -> None:
-    uses = [n for side in (left, right) for n in walk(side) if _is_derivative(n)]
-    if not uses:
-        return
-    alone = isinstance(left, Symbol) and uses == [right] and isinstance(right, Apply)
-    if not alone or not isinstance(right, Apply) or not isinstance(right.arguments[0], Symbol):
-        raise ModelError("der(x) stands alone on the right of 'y = der(x)'")
+def _check_windowed(left: Expression, right: Expression, definition: Definition) -> None:
+    for operator, form in (("der", "y = der(x)"), ("slope", "y = slope(v, u)")):
+        uses = [n for side in (left, right) for n in walk(side) if _applies(n, operator)]
+        if not uses:
+            continue
+        alone = isinstance(left, Symbol) and uses == [right] and isinstance(right, Apply)
+        if not (alone and all(isinstance(a, Symbol) for a in uses[0].arguments)):
+            call = form.partition(" = ")[2]
+            raise ModelError(f"{call} stands alone on the right of '{form}', of variables")
+        if operator == "slope" and len(uses[0].arguments) % 2:
+            raise ModelError("slope(v, u) takes pairs: what follows, and what it follows")
+        if operator == "slope" and not (definition.entry.window and definition.entry.tolerance):
+            raise ModelError("slope(v, u) needs a window, and the tolerance to which it is known")
 
 
-def _is_derivative(node: Expression) -> bool:
-    return isinstance(node, Apply) and node.operator == "der"
+def _applies(node: Expression, operator: str) -> TypeGuard[Apply]:
+    return isinstance(node, Apply) and node.operator == operator
 
 
 def _check_units(left: Expression, right: Expression, draft: _Draft) -> Dimension:

@@ -144,6 +144,9 @@ def _combine(
         return _power(first, 0.5)
     if operator == "der":
         return _product(first or NUMBER, Dimension(1.0, (("second", 1.0),), "s"), -1)
+    if operator == "slope":
+        followers, leaders = (_common(arguments[i::2], inner[i::2]) for i in (0, 1))
+        return _product(followers or NUMBER, leaders or NUMBER, -1)
     if operator == "atan2":
         _common(arguments, inner)
         return NUMBER

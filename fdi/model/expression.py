@@ -62,6 +62,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "min": (2, 8),
     "max": (2, 8),
     "der": (1, 1),
+    "slope": (2, 6),
     "still": (1, 1),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
@@ -319,6 +320,15 @@ def differential(left: Expression, right: Expression) -> tuple[str, str] | None:
     match left, right:
         case Symbol(y), Apply("der", (Symbol(x),)):
             return y, x
+    return None
+
+
+def regressed(left: Expression, right: Expression) -> tuple[str, tuple[str, ...]] | None:
+    """Return (slope, its arguments) for the two sides of ``y = slope(v, u, ...)``, else None."""
+    match left, right:
+        case Symbol(y), Apply("slope", arguments):
+            names = tuple(argument.name for argument in arguments if isinstance(argument, Symbol))
+            return y, names
     return None
 
 

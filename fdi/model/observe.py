@@ -196,6 +196,7 @@ def relation_equation(equation: Equation, variables: Mapping[str, Variable]) -> 
         side=equation.side,
         scale=equation.scale,
         supports=equation.supports,
+        always=equation.always,
         unit=equation.unit,
         suspects=equation.suspects,
         text=equation.text,

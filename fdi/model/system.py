@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fdi.model.expression import Expression, differential
+from fdi.model.expression import Expression, differential, regressed
 from fdi.model.parts import Component, Kind, Measurement, Side, Variable
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
@@ -51,6 +51,7 @@ class SystemEquation:
     side: Side = ""
     scale: float = 0.0
     supports: bool = False
+    always: bool = False
     unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
@@ -60,6 +61,11 @@ class SystemEquation:
     def differential(self) -> tuple[str, str] | None:
         """Return (derivative, state) of ``y = der(x)``, else None."""
         return differential(self.left, self.right)
+
+    @property
+    def regressed(self) -> tuple[str, tuple[str, ...]] | None:
+        """Return (slope, its arguments) of ``y = slope(v, u, ...)``, else None."""
+        return regressed(self.left, self.right)
 
 
 @dataclass(frozen=True, slots=True)

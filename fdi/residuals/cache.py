@@ -126,6 +126,9 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
             _require(node.variables[0] in bank.nodes[node.arguments[0][1]].variables)
         case "derivative":
             _require(counts == (1, 0, 1) and node.arguments[0][0] in system.variables)
+        case "slope":
+            _require(counts[:2] == (1, 0) and counts[2] >= 2 and counts[2] % 2 == 0)
+            _require(all(name in system.variables for name, _ in node.arguments))
         case "residual":
             _require(counts[:2] == (0, 1))
     known = {*system.parameters, *(name for name, _ in node.arguments)}
@@ -140,4 +143,5 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
 
 def _check_names(expression: Expression, known: set[str]) -> None:
     _require(set(symbols(expression)) <= known)
-    _require(not any(isinstance(n, Apply) and n.operator == "der" for n in walk(expression)))
+    windowed = ("der", "slope")
+    _require(not any(isinstance(n, Apply) and n.operator in windowed for n in walk(expression)))
