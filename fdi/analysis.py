@@ -16,6 +16,7 @@ from fdi.model.choose import choose_model, is_general
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
 from fdi.residuals.cache import cached_bank
+from fdi.residuals.latency import sample
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
 
@@ -99,7 +100,14 @@ def analyze(
     _check_vehicle(recipe, airframe.name)
     _check_window(window, log)
     with watch.stage("sample", 0.5):
-        signals = log.signals(observed.channels, recipe.sampling)
+        signals, lags = sample(
+            log,
+            bank,
+            recipe.sampling,
+            recipe.differentiation,
+            lags=recipe.latencies == "estimated",
+            accuracies=recipe.accuracies == "reported",
+        )
     with watch.stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
     with watch.stage("decide", 0.8):
@@ -113,6 +121,7 @@ def analyze(
         system=observed,
         bank=bank,
         signals=signals,
+        lags=lags,
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,

@@ -29,6 +29,7 @@ from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.residuals import Residuals
 from fdi.residuals.cache import cached_bank
+from fdi.residuals.latency import sample
 from fdi.telemetry import read
 
 FAR: Final = 4.0
@@ -130,7 +131,14 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
     observed = airframe.observe(log, repeated=recipe.copies == "kept")
     bank = cached_bank(observed, recipe.tests)
-    signals = log.signals(observed.channels, recipe.sampling)
+    signals, _ = sample(
+        log,
+        bank,
+        recipe.sampling,
+        recipe.differentiation,
+        lags=recipe.latencies == "estimated",
+        accuracies=recipe.accuracies == "reported",
+    )
     residuals = bank.evaluate(signals, recipe.differentiation)
     spans = time_in_air(signals)
     seconds = sum(max(0.0, end - start) for start, end in spans)

@@ -19,6 +19,8 @@ from fdi.decision import Alarms, Policy
 from fdi.diagnosis import Diagnosis, Finding, Isolability, Size, runs
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
+from fdi.residuals.accuracy import Told, reported_accuracies
+from fdi.residuals.latency import Lag
 from fdi.telemetry import Log, Signals
 
 if TYPE_CHECKING:
@@ -33,6 +35,9 @@ class Analysis:
 
     Attributes
     ----------
+    lags : tuple of Lag
+        How late sensors come against the estimator, by the log; none where the policy takes the
+        model's word.
     writer : callable
         Writes the report; handed in by the corridor, because ``fdi.report`` lies above this room.
     timings : mapping of str to float
@@ -45,6 +50,7 @@ class Analysis:
     system: System
     bank: Bank
     signals: Signals
+    lags: tuple[Lag, ...]
     residual_values: Residuals
     alarms: Alarms
     diagnosis: Diagnosis
@@ -139,6 +145,10 @@ def document(analysis: Analysis) -> dict[str, Any]:
         },
         "quality": quality_rows(analysis.log),
         "copies": _copies(analysis.system),
+        "latencies": [_latency(lag) for lag in analysis.lags],
+        "accuracies": [
+            _accuracy(one) for one in reported_accuracies(analysis.system, analysis.signals)
+        ],
         "structure": _structure(analysis),
         "verdict": diagnosis.verdict,
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
@@ -252,6 +262,33 @@ def _copies(system: System) -> list[dict[str, Any]]:
         }
         for copy in system.copies
     ]
+
+
+def _latency(lag: Lag) -> dict[str, Any]:
+    known = math.isfinite(lag.value)
+    return {
+        "message": lag.source,
+        "component": lag.component,
+        "against": list(lag.against),
+        "stated_s": number(lag.stated),
+        "estimated_s": number(lag.stated + lag.value) if known else None,
+        "sigma_s": number(lag.sigma),
+        "pieces": number(lag.blocks),
+        "used": lag.used,
+        "why": lag.why,
+    }
+
+
+def _accuracy(one: Told) -> dict[str, Any]:
+    return {
+        "channel": str(one.channel),
+        "unit": one.unit,
+        "stated": number(one.stated),
+        "reported": number(one.reported),
+        "used": number(one.used),
+        "worst": number(one.worst),
+        "bounded": number(one.bounded),
+    }
 
 
 def isolability_rows(value: Isolability) -> dict[str, Any]:

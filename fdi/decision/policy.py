@@ -51,6 +51,12 @@ class Policy:
         Whether components are accused at all.
     copies : str
         Whether a channel that repeats another one is a witness: ``dropped`` or ``kept``.
+    latencies : str
+        Whether sensors' latencies are ``estimated`` from the log or those that the model has
+        ``stated``.
+    accuracies : str
+        Whether the accuracies ``reported`` by the log count, or only those that the model has
+        ``stated``.
     calibration : Calibration, optional
         From what its tests were learned.
     """
@@ -65,6 +71,8 @@ class Policy:
     marking: Marking
     accuse: bool
     copies: Literal["dropped", "kept"] = "dropped"
+    latencies: Literal["estimated", "stated"] = "estimated"
+    accuracies: Literal["reported", "stated"] = "reported"
     calibration: Calibration | None = None
 
     def decide(self, residuals: Residuals) -> Alarms:
@@ -163,6 +171,8 @@ def _policy(spec: Any, digest: str) -> Policy:
         marking=spec.marking,
         accuse=spec.accuse,
         copies=spec.copies,
+        latencies=spec.latencies,
+        accuracies=spec.accuracies,
         calibration=given
         and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
     )
@@ -198,6 +208,8 @@ def policy_text(policy: Policy) -> str:
         "marking": policy.marking,
         "accuse": policy.accuse,
         "copies": policy.copies,
+        "latencies": policy.latencies,
+        "accuracies": policy.accuracies,
     }
     if policy.calibration is not None:
         tree["calibration"] = {

@@ -91,4 +91,6 @@ class PolicyFile(_Entry):
     marking: Literal["majority", "all_residuals"]
     accuse: bool = True
     copies: Literal["dropped", "kept"] = "dropped"
+    latencies: Literal["estimated", "stated"] = "estimated"
+    accuracies: Literal["reported", "stated"] = "reported"
     calibration: CalibrationEntry | None = None

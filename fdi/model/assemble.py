@@ -372,6 +372,9 @@ def _measurement(
         raise ModelError(f"jitter is {jitter:g}, must be positive and within the accuracy")
     latency = entry.latency if item.latency is None else item.latency
     value = None if item.value is None else parse(item.value)
+    reported = None if item.reported is None else parse(item.reported)
+    if reported is not None and accuracy is None:
+        raise ValueError("reported needs an accuracy to be held against")
     conditions = [parse(w, condition=True) for w in (entry.when, item.when) if w]
     return Measurement(
         channel,
@@ -386,6 +389,7 @@ def _measurement(
         when=_all(conditions),
         raw=item.raw,
         trusted=trusted,
+        reported=reported,
     )
 
 

@@ -172,6 +172,10 @@ def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[st
     return tuple(name for name in names if name not in STATES and name not in parameters)
 
 
+def _names(expression: Expression, parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    return tuple(name for name in symbols(expression) if name not in parameters)
+
+
 def relation_equation(equation: Equation, variables: Mapping[str, Variable]) -> SystemEquation:
     """Return an equation of the model over the unknowns of a system."""
     names = dict.fromkeys((*symbols(equation.left), *symbols(equation.right)))
@@ -258,7 +262,7 @@ def request_of(
 ) -> Request:
     """Return what to ask of a log for a measurement."""
     constants = {name: Number(value.value) for name, value in parameters.items()}
-    value, when = measurement.value, measurement.when
+    value, when, reported = measurement.value, measurement.when, measurement.reported
     return Request(
         channel=measurement.channel,
         fields=_fields(measurement, parameters),
@@ -267,6 +271,8 @@ def request_of(
         raw=measurement.raw,
         circular=variable.circular,
         latency=measurement.latency,
+        reported=None if reported is None else _compute(substitute(reported, constants)),
+        told=() if reported is None else _names(reported, parameters),
     )
 
 

@@ -154,6 +154,8 @@ class Measurement:
         A constant difference that a healthy sensor may have, in the variable's unit.
     latency : float
         s; how late the channel shows the variable.
+    reported : Expression or None
+        The channel's accuracy by its own message, over its fields, in the variable's unit.
     value : Expression or None
         Over the message's fields; None means the field itself.
     when : Expression or None
@@ -178,4 +180,5 @@ class Measurement:
     when: Expression | None = None
     raw: bool = False
     trusted: bool = False
+    reported: Expression | None = None
     stillness: bool = False

@@ -107,6 +107,7 @@ class FieldEntry(_Entry):
     jitter: Quantity | None = None
     offset: Quantity = 0.0
     latency: Quantity | None = None
+    reported: str | None = None
     value: str | None = None
     when: str | None = None
     raw: bool = False

@@ -18,11 +18,13 @@ from fdi.report.style import Picture
 from fdi.report.text import onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
+    accuracies,
     at,
     budget,
     clean,
     copied,
     into_flight,
+    latencies,
     log_time,
     number,
     per_cent,
@@ -31,6 +33,7 @@ from fdi.report.words import (
     size,
     unit,
 )
+from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
 from fdi.units import customary
 
@@ -68,6 +71,8 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
     return page.render(
         document=analysis.document(),
         copied=copied(analysis.system),
+        latencies=latencies(analysis.lags),
+        accuracies=accuracies(reported_accuracies(analysis.system, analysis.signals)),
         findings=[_finding(finding, i, analysis) for i, finding in enumerate(analysis.findings)],
         consequences=[
             (item, into_flight(item.onset, analysis.log), log_time(item.onset, analysis.log))

@@ -14,16 +14,19 @@ from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding
 from fdi.report.words import (
+    accuracies,
     at,
     budget,
     clean,
     copied,
     into_flight,
+    latencies,
     log_time,
     per_cent,
     plural,
     size,
 )
+from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
 
 if TYPE_CHECKING:
@@ -210,6 +213,9 @@ def _data(analysis: Analysis) -> Iterator[RenderableType]:
         yield heading("The data")
         yield text("  nothing lost, nothing repaired")
     yield from _list("Said twice: one source each", copied(analysis.system))
+    yield from _list("Latencies, by the log", latencies(analysis.lags))
+    reported = accuracies(reported_accuracies(analysis.system, analysis.signals))
+    yield from _list("Accuracies that the log reports, worse than stated", reported)
     yield from _list("Warnings", analysis.warnings)
 
 

@@ -11,8 +11,12 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from fdi.units import customary
+
 if TYPE_CHECKING:
     from fdi.model import System
+    from fdi.residuals.accuracy import Told
+    from fdi.residuals.latency import Lag
     from fdi.result import Analysis
     from fdi.telemetry import Flight, Log
 
@@ -188,3 +192,38 @@ def copied(system: System) -> list[str]:
         + (f"; left out: {', '.join(without[channel, of])}" if without[channel, of] else "")
         for (channel, of), fields in lines.items()
     ]
+
+
+def latencies(lags: Sequence[Lag]) -> list[str]:
+    """Return how late sensors come by the log, a line each, and which stay as stated."""
+    lines = [
+        f"{lag.component} in {lag.source}: {lag.stated + lag.value:.3f} +- {lag.sigma:.3f} s "
+        f"behind {' and '.join(lag.against)} (stated {lag.stated:g} s), taken off"
+        for lag in lags
+        if lag.used
+    ]
+    stays: dict[str, list[str]] = {}
+    for lag in lags:
+        if not lag.used:
+            stays.setdefault(lag.why, []).append(f"{lag.component} in {lag.source}")
+    lines += [f"as the model states, {why}: {', '.join(names)}" for why, names in stays.items()]
+    return lines
+
+
+def accuracies(found: Sequence[Told]) -> list[str]:
+    """Return what channels report of their own accuracy where it is worse than the model's."""
+    lines = []
+    for one in found:
+        if one.used <= one.stated and not one.worst > one.stated:
+            continue
+        shown = customary(one.unit)
+        told, used, worst, stated = (
+            f"{value * shown.scale:.2g}"
+            for value in (one.reported, one.used, one.worst, one.stated)
+        )
+        beyond = f", bounded for {per_cent(one.bounded)} of the flight" if one.bounded else ""
+        lines.append(
+            f"{one.channel} reports {told}, at worst {worst} {shown.unit}; stated {stated}, in the "
+            f"median {used} counts{beyond}"
+        )
+    return lines

@@ -7,10 +7,11 @@ is the difference between the function at the moved and at the given arguments, 
 Jacobian is never formed, and loops and conditions are treated like everything else. A derivative
 multiplies effects by its noise gain. The spread is the root of the sum of squares.
 
-The noise of an input has two parts: the channel's stated accuracy, and its rate of change times the
-uncertainty of its time, a quarter of the channel's own period (the reason why residuals swell in
-manoeuvres). A constant offset that a healthy sensor may have is carried likewise, apart, as are
-tolerances of equations; they bound, they do not spread.
+The noise of an input has two parts: the channel's accuracy (stated, or reported by the log itself,
+see ``accuracy.py``), and its rate of change times the uncertainty of its time, a quarter of the
+channel's own period (the reason why residuals swell in manoeuvres). A constant offset that a
+healthy sensor may have is carried likewise, apart, as are tolerances of equations; they bound, they
+do not spread.
 
 A node is dropped when the last node that needs it is done, so memory stays small.
 """
@@ -26,6 +27,7 @@ import numpy as np
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Symbol, symbols
 from fdi.model.system import System
+from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop
 from fdi.residuals.node import Node
@@ -38,9 +40,6 @@ one period has 0.29)."""
 
 BENT: Final = 0.5
 """Share of the change between two neighbouring slopes that one of them may be off."""
-
-BEGINNING_S: Final = 20.0
-"""What a quantity is at the beginning of a flight: its median over so many seconds in the air."""
 
 SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
@@ -133,11 +132,6 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
     return Evaluated(values, spread, allowance, ahead, response)
 
 
-def _beginning(signals: Signals) -> slice:
-    first = int(np.argmax(signals.state.airborne)) if len(signals.t) else 0
-    return slice(first, first + max(1, round(BEGINNING_S * signals.rate_hz)))
-
-
 def context_of(
     system: System, nodes: tuple[Node, ...], signals: Signals, recipe: Differentiation
 ) -> Context:
@@ -158,7 +152,7 @@ def context_of(
         },
         _shown(system, signals),
         1.0 / signals.rate_hz,
-        _beginning(signals),
+        beginning_of(signals),
     )
 
 
@@ -248,8 +242,10 @@ def _noise(
     # A change shows in the sample before and after it as well: interpolation spreads it.
     around = np.pad(rate, 1)
     rate = np.maximum(rate, np.maximum(around[:-2], around[2:]))
+    reported = context.signals.accuracy.get(channel)
+    own = accuracy if reported is None else believed(reported, accuracy, context.beginning)
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
-    return np.hypot(accuracy, timing * rate)
+    return np.hypot(own, timing * rate)
 
 
 def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:

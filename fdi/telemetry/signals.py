@@ -14,7 +14,7 @@ exception.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -81,6 +81,8 @@ class Request:
         The fields as on the wire instead of SI.
     circular : bool
         The value is an angle in rad that wraps.
+    reported : callable or None
+        Computes the accuracy that the message itself reports, from ``told``, its fields.
     latency : float
         s, taken off the record times.
     """
@@ -92,6 +94,8 @@ class Request:
     raw: bool = False
     circular: bool = False
     latency: float = 0.0
+    reported: Callable[[Columns], NDArray[np.generic]] | None = None
+    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +146,8 @@ class Signals:
         s, the channel's own median period; NaN with fewer than two records.
     state : FlightState
         On the grid.
+    accuracy : Mapping[Channel, (n,) float64]
+        What the log itself says of a channel's accuracy, where it says anything.
     """
 
     t: Floats
@@ -153,6 +159,7 @@ class Signals:
     flights: tuple[Flight, ...]
     parameters: Mapping[str, float]
     log_name: str
+    accuracy: Mapping[Channel, Floats] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -195,12 +202,17 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
     records = {r.channel: records_of(material, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
     t = _grid(material, sampling.window, rate)
-    columns, period = {}, {}
+    columns, period, accuracy = {}, {}, {}
     for channel, record in records.items():
         values = _interpolate(record, t, sampling)
         values.flags.writeable = False
         columns[channel] = values
         period[channel] = record.period
+    for request in requests:
+        told = _told(material, request, sampling)
+        if told is not None:
+            accuracy[request.channel] = _interpolate(told, t, sampling)
+            accuracy[request.channel].flags.writeable = False
     t.flags.writeable = False
     return Signals(
         t,
@@ -212,6 +224,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         material.flights,
         material.parameters,
         material.log_name,
+        MappingProxyType(accuracy),
     )
 
 
@@ -266,6 +279,17 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     t, value = _ascending(t, value, sampling.equal_stamps)
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return Records(t - request.latency, value, request.circular, is_discrete)
+
+
+def _told(material: Material, request: Request, sampling: Sampling) -> Records | None:
+    """Return what a message reports of a channel's accuracy; nothing or no length is unknown."""
+    message = material.messages.get(request.channel.source)
+    if request.reported is None or message is None or any(f not in message for f in request.told):
+        return None
+    asked = replace(request, fields=request.told, value=request.reported, raw=False, circular=False)
+    found = records_of(material, replace(asked, valid=None), sampling)
+    found.value[~(found.value > 0)] = np.nan
+    return found if np.isfinite(found.value).any() else None
 
 
 def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np.generic]:

@@ -1,0 +1,58 @@
+"""What a sensor says of its own accuracy widens what it may stray, within bounds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.residuals import build_bank
+from fdi.residuals.accuracy import MOST, WORSE, believed, reported_accuracies
+from fdi.telemetry import Channel
+
+from .build import GLIDER, airframe
+from .test_evaluate import run, truth
+
+REPORTS = st.lists(st.floats(0.01, 300.0) | st.just(float("nan")), min_size=5, max_size=50)
+
+
+@given(reports=REPORTS, stated=st.floats(0.1, 10.0))
+def test_a_report_never_narrows_and_never_excuses_without_end(reports, stated):
+    used = believed(np.array(reports), stated, slice(0, 3))
+    assert (used >= stated).all()
+    assert (used <= WORSE * MOST * stated).all()
+
+
+@given(report=st.floats(1.0, 4.0))
+def test_a_poor_receiver_is_believed_from_the_beginning_on(report):
+    used = believed(np.full(20, report), 1.0, slice(0, 5))
+    assert used == pytest.approx(report)
+
+
+def test_a_sensor_that_grows_bad_is_excused_by_a_factor_only():
+    """A receiver that is jammed reports 276 m, which would let it stray by a kilometre."""
+    reports = np.array([0.6] * 10 + [276.0] * 10)
+    used = believed(reports, 1.3, slice(0, 5))
+    assert used[-1] == pytest.approx(WORSE * 1.3)
+
+
+def test_without_a_report_the_stated_accuracy_counts():
+    assert believed(np.full(5, np.nan), 0.7, slice(0, 2)).tolist() == [0.7] * 5
+
+
+def test_a_report_widens_the_spread_of_every_residual_that_uses_the_channel(tmp_path):
+    text = GLIDER.replace("accuracy: 0.3 m/s}", "accuracy: 0.3 m/s, reported: vel_acc}")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    plain = run(bank, truth(50))
+    vel = Channel.parse("GPS_RAW_INT.vel")
+    poor = replace(plain.signals, accuracy={vel: np.full(50, 0.6)})
+    widened = bank.evaluate(poor, plain.recipe)
+    holds = np.array(["GPS_RAW_INT.vel" in g.faults for g in bank.generators])
+    known = np.isfinite(plain.values) & (plain.spread > 0)
+    assert holds.any()
+    for row in np.flatnonzero(known.any(axis=1)):
+        wider = widened.spread[row][known[row]] > plain.spread[row][known[row]] + 1e-9
+        assert wider.all() if holds[row] else not wider.any()
+    (one,) = reported_accuracies(bank.system, poor)
+    assert (one.stated, one.reported, one.used, one.bounded) == (0.3, 0.6, 0.6, 0.0)
