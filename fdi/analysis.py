@@ -87,7 +87,7 @@ def analyze(
         log = join([read(one, system=system) for one in paths])
     with watch.stage("observe", 0.3):
         airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
-        observed = airframe.observe(log)
+        observed = airframe.observe(log, repeated=recipe.copies == "kept")
     with watch.stage("derive", 0.4):
         bank = cached_bank(observed, recipe.tests)
         if not bank.generators:

@@ -128,7 +128,7 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     assert isinstance(recipe.decision, PredictedSpread)
     log = read(path)
     airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
-    observed = airframe.observe(log)
+    observed = airframe.observe(log, repeated=recipe.copies == "kept")
     bank = cached_bank(observed, recipe.tests)
     signals = log.signals(observed.channels, recipe.sampling)
     residuals = bank.evaluate(signals, recipe.differentiation)

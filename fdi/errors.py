@@ -6,7 +6,8 @@
     ├── UsageError        2      the command line or a call is wrong
     ├── LogError          3      the log cannot be read, or holds nothing that a model could use
     ├── ModelError        4      an airframe model, policy or labels file is wrong
-    └── OutputError       5      the output cannot be written
+    ├── OutputError       5      the output cannot be written
+    └── EntryError        70     what was kept is damaged; always caught, it is made anew
 
 A message is one line that says what is wrong, with the numbers; ``where`` names the place (file,
 line, byte, channel, equation) and ``hint`` the next step. Damage inside a log is no exception: it
@@ -83,3 +84,7 @@ class OutputError(FdiError):
     """The output cannot be written."""
 
     exit_code = 5
+
+
+class EntryError(FdiError):
+    """What was kept from an earlier run is not what it should be: it has to be made anew."""

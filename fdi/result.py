@@ -138,6 +138,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
             "threshold_scale": number(analysis.alarms.scale),
         },
         "quality": quality_rows(analysis.log),
+        "copies": _copies(analysis.system),
         "structure": _structure(analysis),
         "verdict": diagnosis.verdict,
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
@@ -234,6 +235,22 @@ def quality_rows(log: Log) -> list[dict[str, Any]]:
             "text": record.text,
         }
         for record in log.quality
+    ]
+
+
+def _copies(system: System) -> list[dict[str, Any]]:
+    """Return the channels that repeat another one, a row each."""
+    return [
+        {
+            "channel": str(copy.channel),
+            "of": str(copy.of),
+            "scale": number(copy.scale),
+            "offset": number(copy.offset),
+            "share": number(copy.share),
+            "records": copy.records,
+            "without": [name for name, by in system.implied.items() if by == copy],
+        }
+        for copy in system.copies
     ]
 
 

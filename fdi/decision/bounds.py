@@ -128,7 +128,9 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
     supports = np.array([equation.supports for equation in equations], bool)
-    unfit = np.where(limit | supports, _stands(size > tolerance, reference), unfit)
+    always = np.array([equation.always for equation in equations], bool)
+    stands = _stands(size > tolerance, reference) & ~always
+    unfit = np.where(limit | supports, stands, unfit)
     unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)

@@ -49,6 +49,8 @@ class Policy:
         When a fault is marked in the grid.
     accuse : bool
         Whether components are accused at all.
+    copies : str
+        Whether a channel that repeats another one is a witness: ``dropped`` or ``kept``.
     calibration : Calibration, optional
         From what its tests were learned.
     """
@@ -62,6 +64,7 @@ class Policy:
     decision: PredictedSpread | Rank
     marking: Marking
     accuse: bool
+    copies: Literal["dropped", "kept"] = "dropped"
     calibration: Calibration | None = None
 
     def decide(self, residuals: Residuals) -> Alarms:
@@ -159,6 +162,7 @@ def _policy(spec: Any, digest: str) -> Policy:
         decision=DETECTORS[decision.pop("method")].recipe(**decision),
         marking=spec.marking,
         accuse=spec.accuse,
+        copies=spec.copies,
         calibration=given
         and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
     )
@@ -193,6 +197,7 @@ def policy_text(policy: Policy) -> str:
         "decision": {"method": decision.pop("method"), **decision},
         "marking": policy.marking,
         "accuse": policy.accuse,
+        "copies": policy.copies,
     }
     if policy.calibration is not None:
         tree["calibration"] = {

@@ -90,4 +90,5 @@ class PolicyFile(_Entry):
     decision: Annotated[PredictedSpreadEntry | RankEntry, Field(discriminator="method")]
     marking: Literal["majority", "all_residuals"]
     accuse: bool = True
+    copies: Literal["dropped", "kept"] = "dropped"
     calibration: CalibrationEntry | None = None

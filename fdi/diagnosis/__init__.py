@@ -8,7 +8,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``answer.py``: the stage itself, from alarms to the answer
 - ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``marking.py``: which fault is marked when, over the flight
-- ``hitting.py``: minimal sets of components that explain a set of conflicts
 - ``episodes.py``: which alarms a flight holds, and which belong together
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
 - ``weighing.py``: how well a component explains alarms

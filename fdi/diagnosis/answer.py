@@ -20,7 +20,7 @@ from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
-from fdi.diagnosis.passing import has_passed
+from fdi.diagnosis.passing import has_passed, is_marginal
 from fdi.diagnosis.ranking import WEIGHING_S, Cause, Effect, explain_episode
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.values import (
@@ -158,7 +158,11 @@ def _explained(
             own += found
             follows += following
         bank = alarms.residuals.bank
-        stay = [cause for cause in _merged(own) if not has_passed(cause, end, bank)]
+        stay = [
+            cause
+            for cause in _merged(own)
+            if not has_passed(cause, end, bank) and not is_marginal(cause, bank)
+        ]
         kept = {run for cause in stay for run in cause.runs}
         causes += [(number, (start, end), cause) for cause in stay]
         effects += [effect for effect in follows if effect.cause.runs[0] in kept]

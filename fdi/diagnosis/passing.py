@@ -1,9 +1,10 @@
-"""Which accusations were a passing disturbance, and no failure?
+"""Which accusations were a passing disturbance, or hardly more than noise, and no failure?
 
 A component that failed stays failed, or at least shows it in several ways. What one test or two
 see for a few seconds, and then no more while the flight goes on, is a gust, a manoeuvre or a sample
 gone wrong. A test that sees nothing but changes is left out of this: a step shows there only
-while it happens.
+while it happens. Nor is it a failure what nowhere goes clearly beyond what the flight's own noise
+reaches: that level is an estimate itself.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from typing import Final
 
 from fdi.diagnosis.ranking import Cause
+from fdi.model.parts import Kind
 from fdi.residuals import Bank
 
 PASSING_S: Final = 8.0
@@ -20,6 +22,11 @@ MOST_TESTS: Final = 2
 """What more tests see is no chance."""
 QUIET_S: Final = 10.0
 """So long the flight must go on without them."""
+
+CLEARLY: Final = 1.25
+"""Times its threshold. The level of noise comes from a few blocks of the flight, so it may be off
+by about as much; of the right accusations on labelled flights that rest on tests of noise the
+weakest reached 1.5."""
 
 
 def has_passed(cause: Cause, end: float, bank: Bank) -> bool:
@@ -39,6 +46,27 @@ def has_passed(cause: Cause, end: float, bank: Bank) -> bool:
     over = max(run.end for run in cause.runs)
     longest = max(run.end - run.onset for run in cause.runs)
     return longest < PASSING_S and end - over >= QUIET_S
+
+
+def is_marginal(cause: Cause, bank: Bank) -> bool:
+    """Return whether no test goes clearly beyond noise, and none beyond what the model states.
+
+    Of the tests that hold a fault of the component, where there are any: what only suspects it may
+    support an accusation, and does not make up for them.
+
+    Parameters
+    ----------
+    cause : Cause
+    bank : Bank
+        Whose generators the runs' rows are.
+    """
+    system = bank.system
+    left = [system.equations[bank.generators[run.row].residual] for run in cause.runs]
+    if any(e.kind in (Kind.LIMIT, Kind.EQUALITY) for e in left):
+        return False
+    own = {fault.name for fault in system.faults if fault.component == cause.component}
+    holding = [run for run in cause.runs if own.intersection(bank.generators[run.row].faults)]
+    return max(run.peak for run in holding or cause.runs) < CLEARLY
 
 
 def sees_changes_only(row: int, bank: Bank) -> bool:

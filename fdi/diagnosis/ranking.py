@@ -1,8 +1,8 @@
 """Which component explains an episode of alarms, and which alarms only follow from it?
 
 In: the runs of one episode. Out: causes, in order, with the runs each explains, and consequences.
-The earliest alarms are conflicts; a component that hits them all, alone if one does, is a
-candidate, and the candidates are weighed by the alarms they explain soon after the onset, against
+Whatever the earliest alarms concern is a candidate, and so is what disturbs one of these and shows
+itself soon after. Candidates are weighed by the alarms they explain soon after the onset, against
 the tests that hold the very same faults and stayed quiet. What the cause does not explain is a
 consequence when it concerns a component that the cause is known to disturb (``affects`` in the
 model), else a cause of its own.

@@ -5,7 +5,7 @@ with this telemetry and the faults that they bring, such that every name is defi
 fits.
 YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 
-- ``load.py``, ``schema.py``, ``yaml.py``: from files to definitions
+- ``load.py``, ``yaml.py``, ``repeat.py``, ``schema.py``: from files to definitions
 - ``assemble.py``: from definitions to an airframe, all problems reported together
 - ``airframe.py``, ``parts.py``: the values
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations

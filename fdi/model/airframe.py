@@ -9,6 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from fdi.errors import LogError
+from fdi.model.copied import find_copies, infallible, witnesses
 from fdi.model.dimensions import Dimension
 from fdi.model.observe import (
     faults_of,
@@ -22,7 +23,7 @@ from fdi.model.observe import (
 )
 from fdi.model.parts import Component, Equation, Measurement, Parameter, Variable
 from fdi.model.system import System
-from fdi.telemetry import Log
+from fdi.telemetry import Copy, Log, Request
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +52,9 @@ class Airframe:
     sha256: str
     units: dict[str, Dimension] = field(default_factory=dict)
 
-    def observe(self, log: Log | None = None, *, also: Collection[str] = ()) -> System:
+    def observe(
+        self, log: Log | None = None, *, also: Collection[str] = (), repeated: bool = False
+    ) -> System:
         """Return the equations that hold with the telemetry of a log, and the faults they bring.
 
         Parameters
@@ -60,6 +63,8 @@ class Airframe:
             Without one, every measurement counts as present.
         also : collection of str
             Messages that count as present though the log lacks them, to see what they would show.
+        repeated : bool
+            Whether a channel that repeats another one by the data is a witness all the same.
 
         Raises
         ------
@@ -79,7 +84,18 @@ class Airframe:
                 where=log.name if log else "",
                 hint="choose another model with --model",
             )
-        relations, curtailed = usable(self.equations, self.measurements, present, log, warnings)
+
+        def request(measurement: Measurement) -> Request:
+            return request_of(measurement, self.variables[measurement.variable], parameters)
+
+        copies: tuple[Copy, ...] = ()
+        if log is not None and not repeated:
+            copies = find_copies(log, present, self.equations, self.variables, request)
+        implied = infallible(self.equations, copies, present, self.variables, parameters)
+        measurements = witnesses(present, self.measurements, copies)
+        present = witnesses(present, present, copies)
+        relations = [equation for equation in self.equations if equation.name not in implied]
+        relations, curtailed = usable(relations, measurements, present, log, warnings)
         equations = [relation_equation(e, self.variables) for e in relations]
         equations += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in equations for name in equation.edges}
@@ -89,12 +105,14 @@ class Airframe:
             equations=tuple(equations),
             unknowns=tuple(sorted(unknowns)),
             faults=tuple(faults_of(equations, self.components)),
-            channels=tuple(request_of(m, self.variables[m.variable], parameters) for m in present),
+            channels=tuple(request(m) for m in present),
             variables=self.variables,
             parameters=parameters,
             components=self.components,
             curtailed=curtailed,
             warnings=tuple(warnings),
+            copies=copies,
+            implied=implied,
         )
 
     def _shows(self, log: Log | None, measurement: Measurement, warnings: list[str]) -> bool:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
@@ -64,7 +64,7 @@ class _Draft:
         """Turn what is wrong with a part of an entry into a problem with file and line."""
         try:
             yield
-        except (ValueError, FdiError) as error:
+        except FdiError as error:
             name = ".".join(str(p) for p in (*definition.place, *part))
             self.found.problems.append(f"{definition.at(*part)}: {name}: {error}")
 
@@ -74,14 +74,14 @@ class _Draft:
 
     def bring_fault(self, name: str, definition: Definition, *part: str) -> None:
         if name in self.faults:
-            raise ValueError(f"the fault {name!r} is brought twice, first at {self.faults[name]}")
+            raise ModelError(f"the fault {name!r} is brought twice, first at {self.faults[name]}")
         self.faults[name] = definition.at(*part)
 
     def check_names(self, expression: Expression, extra: frozenset[str] = frozenset()) -> None:
         unknown = [n for n in symbols(expression) if n not in self.units and n not in extra]
         if unknown:
             names = ", ".join(repr(name) for name in unknown)
-            raise ValueError(f"unknown symbol {names}")
+            raise ModelError(f"unknown symbol {names}")
         self.used.update(symbols(expression))
 
 
@@ -140,7 +140,7 @@ def _units(variables: Mapping[str, Variable]) -> dict[str, Dimension]:
     """Return the dimensions that comparing a log's units with the model's will ask for."""
     units = {}
     for text in sorted({*(v.unit for v in variables.values()), *si_units()}):
-        with suppress(ValueError):  # a log may have a unit that is none of physics
+        with suppress(ModelError):  # a log may have a unit that is none of physics
             units[text] = dimension(text)
     return units
 
@@ -149,12 +149,12 @@ def _variable(name: str, definition: Definition, draft: _Draft) -> Variable | No
     entry = definition.entry
     with draft.reporting(definition):
         if name in RESERVED:
-            raise ValueError(f"{name!r} has a meaning of its own in every model")
+            raise ModelError(f"{name!r} has a meaning of its own in every model")
         draft.units[name] = None  # a wrong unit is one problem, not one for every use of the name
         draft.units[name] = dimension(entry.unit)
         low, high = entry.domain
         if low is not None and high is not None and low >= high:
-            raise ValueError(f"the domain [{low:g}, {high:g}] is empty")
+            raise ModelError(f"the domain [{low:g}, {high:g}] is empty")
         return Variable(name, entry.unit, low, high, entry.circular, entry.description)
     return None
 
@@ -163,12 +163,12 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
     entry = definition.entry
     with draft.reporting(definition):
         if name in draft.units or name in RESERVED:
-            raise ValueError(f"{name!r} is a variable already, or has a meaning of its own")
+            raise ModelError(f"{name!r} is a variable already, or has a meaning of its own")
         draft.units[name] = None
         draft.units[name] = dimension(entry.unit)
         value = entry.value if entry.identify is None else entry.identify.prior
         if value is None:
-            raise ValueError("has neither a value nor anything to identify")
+            raise ModelError("has neither a value nor anything to identify")
         names = entry.log.name if entry.log else []
         return Parameter(
             name,
@@ -189,7 +189,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         left, right = parse_equation(entry.text)
         draft.check_names(left)
         draft.check_names(right)
-        _check_derivatives(left, right)
+        _check_windowed(left, right, definition)
         unit = _check_units(left, right, draft)
         tolerance = quantity(entry.tolerance, unit) if entry.tolerance is not None else 0.0
         solves = None if entry.solves is None else frozenset(entry.solves)
@@ -197,9 +197,9 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             solves = frozenset()
         strangers = (solves or frozenset()) - set(symbols(left)) - set(symbols(right))
         if strangers:
-            raise ValueError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
+            raise ModelError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
         if entry.scale and not isinstance(left, Symbol):
-            raise ValueError("scale needs one variable on the left")
+            raise ModelError("scale needs one variable on the left")
         if entry.fault:
             draft.bring_fault(entry.fault, definition, "fault")
         return Equation(
@@ -229,7 +229,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
     entry = definition.entry
     with draft.reporting(definition):
         if entry.variable not in draft.units:
-            raise ValueError(f"unknown symbol {entry.variable!r}")
+            raise ModelError(f"unknown symbol {entry.variable!r}")
         variable: Expression = Symbol(entry.variable)
         terms: list[Expression] = []
         text = entry.variable
@@ -241,7 +241,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             terms.append(Apply("-", (value, variable) if sign > 0 else (variable, value)))
             text = f"{bound} <= {text}" if sign > 0 else f"{text} <= {bound}"
         if not terms:
-            raise ValueError("has neither a min nor a max")
+            raise ModelError("has neither a min nor a max")
         excess = Apply("max", (*terms, Number(0.0)))
         unit = dimension_of(excess, draft.units) or Dimension(1.0, (), "1")
         draft.used.add(entry.variable)
@@ -255,6 +255,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             solves=frozenset(entry.solves or ()),
             component=entry.component,
             suspects=tuple(entry.suspects),
+            always=entry.always,
             unit=spell(unit),
         )
     return None
@@ -269,24 +270,30 @@ def _condition(text: str | None, draft: _Draft) -> Expression | None:
     return condition
 
 
-def _check_derivatives(left: Expression, right: Expression) -> None:
-    uses = [n for side in (left, right) for n in walk(side) if _is_derivative(n)]
-    if not uses:
-        return
-    alone = isinstance(left, Symbol) and uses == [right] and isinstance(right, Apply)
-    if not alone or not isinstance(right, Apply) or not isinstance(right.arguments[0], Symbol):
-        raise ValueError("der(x) stands alone on the right of 'y = der(x)'")
+def _check_windowed(left: Expression, right: Expression, definition: Definition) -> None:
+    for operator, form in (("der", "y = der(x)"), ("slope", "y = slope(v, u)")):
+        uses = [n for side in (left, right) for n in walk(side) if _applies(n, operator)]
+        if not uses:
+            continue
+        alone = isinstance(left, Symbol) and uses == [right] and isinstance(right, Apply)
+        if not (alone and all(isinstance(a, Symbol) for a in uses[0].arguments)):
+            call = form.partition(" = ")[2]
+            raise ModelError(f"{call} stands alone on the right of '{form}', of variables")
+        if operator == "slope" and len(uses[0].arguments) % 2:
+            raise ModelError("slope(v, u) takes pairs: what follows, and what it follows")
+        if operator == "slope" and not (definition.entry.window and definition.entry.tolerance):
+            raise ModelError("slope(v, u) needs a window, and the tolerance to which it is known")
 
 
-def _is_derivative(node: Expression) -> bool:
-    return isinstance(node, Apply) and node.operator == "der"
+def _applies(node: Expression, operator: str) -> TypeGuard[Apply]:
+    return isinstance(node, Apply) and node.operator == operator
 
 
 def _check_units(left: Expression, right: Expression, draft: _Draft) -> Dimension:
     sides = [dimension_of(side, draft.units) for side in (left, right)]
     if sides[0] and sides[1] and not sides[0].fits(sides[1]):
         texts = f"{to_text(left)} ({sides[0].text}) does not fit {to_text(right)}"
-        raise ValueError(f"unit mismatch: {texts} ({sides[1].text})")
+        raise ModelError(f"unit mismatch: {texts} ({sides[1].text})")
     return sides[0] or sides[1] or Dimension(1.0, (), "1")
 
 
@@ -301,7 +308,7 @@ def _message(
             bare = field_name.removesuffix(STILL)
             channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
-                raise ValueError(f"unknown symbol {item.variable!r}")
+                raise ModelError(f"unknown symbol {item.variable!r}")
             draft.used.add(item.variable)
             if not trusted:
                 draft.bring_fault(str(channel), definition, *part)
@@ -322,7 +329,7 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
     """Note the limit on how long a channel may stand still, and return its variable."""
     name = re.sub(r"\W+", "_", f"still_{of.channel}")
     if longest <= 0:
-        raise ValueError(f"freeze is {longest:g} s, must be positive")
+        raise ModelError(f"freeze is {longest:g} s, must be positive")
     draft.watched[name] = Equation(
         f"{of.channel}:frozen",
         Kind.LIMIT,
@@ -359,10 +366,10 @@ def _measurement(
 ) -> Measurement:
     accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
     if accuracy is not None and accuracy <= 0:
-        raise ValueError(f"accuracy is {accuracy:g}, must be positive")
+        raise ModelError(f"accuracy is {accuracy:g}, must be positive")
     jitter = None if item.jitter is None else quantity(item.jitter, unit)
     if jitter is not None and not (accuracy and 0 < jitter <= accuracy):
-        raise ValueError(f"jitter is {jitter:g}, must be positive and within the accuracy")
+        raise ModelError(f"jitter is {jitter:g}, must be positive and within the accuracy")
     latency = entry.latency if item.latency is None else item.latency
     value = None if item.value is None else parse(item.value)
     conditions = [parse(w, condition=True) for w in (entry.when, item.when) if w]

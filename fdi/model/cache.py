@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from fdi import store
+from fdi.errors import EntryError
 from fdi.model.airframe import Airframe
 from fdi.model.codec import decode, encode
 from fdi.model.expression import symbols
@@ -46,7 +47,7 @@ def recall(path: Path, folder: Path) -> Airframe | None:
             return None
         airframe: Airframe = decode(Airframe, entry["airframe"])
         _check(airframe)
-    except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
+    except (EntryError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
         return None
     return airframe
 
@@ -97,14 +98,14 @@ def _holds(looked: list[list[str]]) -> bool:
 
 
 def _check(airframe: Airframe) -> None:
-    """Raise ValueError where a name leads nowhere."""
+    """Raise EntryError where a name leads nowhere."""
     tables: tuple[Mapping[str, Any], ...] = (
         airframe.components,
         airframe.variables,
         airframe.parameters,
     )
     if any(value.name != name for table in tables for name, value in table.items()):
-        raise ValueError("an entry under another name")
+        raise EntryError("an entry under another name")
     known = {*airframe.variables, *airframe.parameters}
     for equation in airframe.equations:
         _check_equation(equation, known, airframe)
@@ -118,7 +119,7 @@ def _check_equation(equation: Equation, known: set[str], airframe: Airframe) -> 
     strangers = (used | (equation.solves or frozenset())) - known
     strangers |= set(condition) - known - STATES
     if strangers or (equation.component and equation.component not in airframe.components):
-        raise ValueError(f"{equation.name}: a name that nothing defines")
+        raise EntryError(f"{equation.name}: a name that nothing defines")
 
 
 def _check_measurement(measurement: Measurement, airframe: Airframe) -> None:
@@ -126,4 +127,4 @@ def _check_measurement(measurement: Measurement, airframe: Airframe) -> None:
         measurement.variable not in airframe.variables
         or measurement.component not in airframe.components
     ):
-        raise ValueError(f"{measurement.channel}: a name that nothing defines")
+        raise EntryError(f"{measurement.channel}: a name that nothing defines")

@@ -20,6 +20,7 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
+from fdi.errors import EntryError
 from fdi.model.expression import (
     COMPARISONS,
     FUNCTIONS,
@@ -72,7 +73,7 @@ def encode(value: Any) -> Any:
         return sorted(value)
     if isinstance(value, Mapping):
         return {str(key): encode(item) for key, item in value.items()}
-    raise TypeError(f"{type(value).__name__} is not written to a cache")
+    raise EntryError(f"{type(value).__name__} is not written to a cache")
 
 
 def decode(kind: Any, tree: Any) -> Any:
@@ -80,7 +81,7 @@ def decode(kind: Any, tree: Any) -> Any:
 
     Raises
     ------
-    ValueError
+    EntryError
         The tree is not one of that kind.
 
     Examples
@@ -89,14 +90,14 @@ def decode(kind: Any, tree: Any) -> Any:
     (1, 2)
     >>> decode(tuple[int, ...], [1, "2"])
     Traceback (most recent call last):
-    ValueError: not a number: '2'
+    fdi.errors.EntryError: not a number: '2'
     """
     origin, inner = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
         return _decode_union(inner, tree)
     if origin is Literal:
         if not isinstance(tree, str) or tree not in inner:
-            raise ValueError(f"not one of {inner}")
+            raise EntryError(f"not one of {inner}")
         return tree
     if origin is tuple:
         items = _list(tree)
@@ -107,7 +108,7 @@ def decode(kind: Any, tree: Any) -> Any:
         return frozenset(decode(inner[0], item) for item in _list(tree))
     if origin is not None and issubclass(origin, Mapping):
         if not isinstance(tree, dict):
-            raise ValueError("not a mapping")
+            raise EntryError("not a mapping")
         return {decode(str, key): decode(inner[1], item) for key, item in tree.items()}
     if isinstance(kind, type) and is_dataclass(kind):
         pairs = zip(_kinds(kind).items(), _list(tree), strict=True)
@@ -123,26 +124,26 @@ def _decode_union(kinds: tuple[Any, ...], tree: Any) -> Any:
     for kind in kinds:
         if kind is not types.NoneType:
             return decode(kind, tree)
-    raise ValueError("not a value")
+    raise EntryError("not a value")
 
 
 def _decode_plain(kind: Any, tree: Any) -> Any:
     if kind is bool:
         if not isinstance(tree, bool):
-            raise ValueError("neither true nor false")
+            raise EntryError("neither true nor false")
         return tree
     if kind in (int, float):
         if isinstance(tree, bool) or not isinstance(tree, int | kind):
-            raise ValueError(f"not a number: {str(tree)[:40]!r}")
+            raise EntryError(f"not a number: {str(tree)[:40]!r}")
         return kind(tree)
     if not isinstance(tree, str) or len(tree) > MAX_TEXT:
-        raise ValueError("not a text")
+        raise EntryError("not a text")
     return kind(tree)  # str, or an enumeration that refuses what it does not know
 
 
 def _list(tree: Any) -> list[Any]:
     if not isinstance(tree, list):
-        raise ValueError("not a list")
+        raise EntryError("not a list")
     return tree
 
 
@@ -172,12 +173,12 @@ def _postfix(expression: Expression) -> list[Any]:
 
 def _from_postfix(tokens: list[Any]) -> Expression:
     if len(tokens) > MAX_TOKENS:
-        raise ValueError(f"an expression of {len(tokens)} nodes")
+        raise EntryError(f"an expression of {len(tokens)} nodes")
     stack: list[tuple[Expression, int]] = []  # with the levels below it
     for token in tokens:
         match token:
             case bool():
-                raise ValueError("not a node")
+                raise EntryError("not a node")
             case float() | int():
                 stack.append((Number(float(token)), 0))
             case str() if NAME.match(token):
@@ -189,12 +190,12 @@ def _from_postfix(tokens: list[Any]) -> Expression:
                 del stack[-count:]
                 levels = 1 + max(level for _, level in taken)
                 if levels > MAX_LEVELS:
-                    raise ValueError(f"nested deeper than {MAX_LEVELS}")
+                    raise EntryError(f"nested deeper than {MAX_LEVELS}")
                 stack.append((_apply(operator, tuple(node for node, _ in taken)), levels))
             case _:
-                raise ValueError("not a node")
+                raise EntryError("not a node")
     if len(stack) != 1 or isinstance(stack[0][0], Text):
-        raise ValueError("not one expression")
+        raise EntryError("not one expression")
     return stack[0][0]
 
 
@@ -202,18 +203,18 @@ def _apply(operator: str, arguments: tuple[Expression, ...]) -> Expression:
     """Return a node if the language has it: the rules of :func:`fdi.model.expression.parse`."""
     low, high = ARITIES.get(operator, (0, -1))
     if not low <= len(arguments) <= high:
-        raise ValueError(f"{operator[:20]!r} of {len(arguments)} arguments")
+        raise EntryError(f"{operator[:20]!r} of {len(arguments)} arguments")
     if operator in LOGICAL:
         if not all(is_logical(a) or isinstance(a, Symbol) for a in arguments):
-            raise ValueError(f"{operator!r} of a quantity")
+            raise EntryError(f"{operator!r} of a quantity")
         return Apply(operator, arguments)
     if any(is_logical(a) for a in arguments):
-        raise ValueError(f"{operator!r} of a condition")
+        raise EntryError(f"{operator!r} of a condition")
     words = [place for place, a in enumerate(arguments) if isinstance(a, Text)]
     if words and (words != [1] or operator not in ("==", "!=")):
-        raise ValueError(f"{operator!r} of a word")
+        raise EntryError(f"{operator!r} of a word")
     if operator == "**":
         exponent = arguments[1]
         if not isinstance(exponent, Number) or not math.isfinite(exponent.value):
-            raise ValueError("an exponent that is not a number")
+            raise EntryError("an exponent that is not a number")
     return Apply(operator, arguments)

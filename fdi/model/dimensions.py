@@ -1,6 +1,6 @@
 """Do the units of a model fit together?
 
-In: unit texts and expressions. Out: a ``Dimension`` for every expression, or a ``ValueError`` that
+In: unit texts and expressions. Out: a ``Dimension`` for every expression, or a ``ModelError`` that
 names the two sides that do not fit. A dimension is a factor to SI and the exponents of the SI base
 units, so that degrees beside radians are found as well as metres beside seconds. A bare number that
 is added to, compared with or put beside a quantity takes that quantity's unit; as a factor or an
@@ -17,6 +17,7 @@ from functools import lru_cache
 from math import isclose
 from typing import Any, Final
 
+from fdi.errors import ModelError
 from fdi.model.expression import Apply, Expression, Number, Symbol, is_logical, to_text
 
 _NAME = r"[A-Za-z_%]+(?:(?:\^|\*\*)-?\d)?"
@@ -54,7 +55,7 @@ def dimension(unit: str) -> Dimension:
 
     Raises
     ------
-    ValueError
+    ModelError
         The text is not a unit.
 
     Examples
@@ -65,11 +66,11 @@ def dimension(unit: str) -> Dimension:
     if unit in ("", "1"):
         return Dimension(1.0, (), unit)
     if not UNIT.match(unit):  # pint computes powers of numbers, so it is handed names only
-        raise ValueError(f"{unit[:40]!r} is not a unit")
+        raise ModelError(f"{unit[:40]!r} is not a unit")
     try:
         base = _registry().Quantity(1.0, unit.replace("%", "percent")).to_base_units()
     except (AttributeError, ValueError, TypeError, SyntaxError, KeyError) as error:
-        raise ValueError(f"{unit!r} is not a unit") from error
+        raise ModelError(f"{unit!r} is not a unit") from error
     exponents = {str(k): float(v) for k, v in base.unit_items() if str(k) != "radian"}
     return Dimension(float(base.magnitude), tuple(sorted(exponents.items())), unit)
 
@@ -79,7 +80,7 @@ def quantity(value: float | str, unit: Dimension) -> float:
 
     Raises
     ------
-    ValueError
+    ModelError
         The text is not a quantity, or its unit does not fit.
     """
     if not isinstance(value, str):
@@ -88,10 +89,10 @@ def quantity(value: float | str, unit: Dimension) -> float:
     try:
         magnitude = float(number)
     except ValueError:
-        raise ValueError(f"{value!r} is not a number with a unit, such as '0.3 m/s'") from None
+        raise ModelError(f"{value!r} is not a number with a unit, such as '0.3 m/s'") from None
     own = dimension(text.strip()) if text.strip() else unit
     if own.exponents != unit.exponents:
-        raise ValueError(f"{value!r} does not fit the unit {unit.text!r}")
+        raise ModelError(f"{value!r} does not fit the unit {unit.text!r}")
     return magnitude * own.factor / unit.factor
 
 
@@ -106,7 +107,7 @@ def dimension_of(expression: Expression, units: Mapping[str, Dimension | None]) 
 
     Raises
     ------
-    ValueError
+    ModelError
         Two terms do not fit, or a function's argument has a unit.
     """
     match expression:
@@ -128,7 +129,7 @@ def _combine(
         common = _common(arguments, inner)
         return NUMBER if is_logical(Apply(operator, arguments)) else common
     if operator == "still":
-        raise ValueError("still(x) is for the value of a measured field")
+        raise ModelError("still(x) is for the value of a measured field")
     if operator in ("abs", "wrap"):
         return first
     if operator in ("and", "or", "not", "sign", "bit"):
@@ -143,11 +144,14 @@ def _combine(
         return _power(first, 0.5)
     if operator == "der":
         return _product(first or NUMBER, Dimension(1.0, (("second", 1.0),), "s"), -1)
+    if operator == "slope":
+        followers, leaders = (_common(arguments[i::2], inner[i::2]) for i in (0, 1))
+        return _product(followers or NUMBER, leaders or NUMBER, -1)
     if operator == "atan2":
         _common(arguments, inner)
         return NUMBER
     if first is not None and not first.fits(NUMBER):
-        raise ValueError(f"{operator}({to_text(arguments[0])}) needs a number, not {first.text}")
+        raise ModelError(f"{operator}({to_text(arguments[0])}) needs a number, not {first.text}")
     return NUMBER
 
 
@@ -158,7 +162,7 @@ def _common(arguments: tuple[Expression, ...], inner: list[Dimension | None]) ->
             continue
         if found and not found[1].fits(own):
             left, right = to_text(found[0]), to_text(argument)
-            raise ValueError(f"{left} ({found[1].text}) does not fit {right} ({own.text})")
+            raise ModelError(f"{left} ({found[1].text}) does not fit {right} ({own.text})")
         found = found or (argument, own)
     return found[1] if found else None
 

@@ -185,8 +185,8 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
         case Apply("-", (left, right)):
             difference = _evaluate(left, columns, real_part) - _evaluate(right, columns, real_part)
             return difference
-        case Apply("der", _):
-            raise KeyError("der")
+        case Apply("der" | "slope" as windowed, _):
+            raise KeyError(windowed)
         case Apply("still", (argument,)):
             return _still(columns[TIME], _evaluate(argument, columns, real_part))
         case Apply(operator, arguments):

@@ -1,7 +1,7 @@
 """Which expression does a text of a model file stand for?
 
 In: a text written by a stranger. Out: an ``Expression``, a tree of four kinds of nodes, or a
-``ValueError`` whose message names what is not allowed. The text is parsed with ``ast`` and walked
+``ModelError`` whose message names what is not allowed. The text is parsed with ``ast`` and walked
 with a whitelist: numbers, names, the operators and functions listed here, comparisons and quoted
 words in conditions. There are no attributes, subscripts, keywords, lambdas or calls of calls, and
 nothing is ever evaluated by Python itself; limits on length, depth and constant powers hold before
@@ -18,6 +18,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
+
+from fdi.errors import ModelError
 
 MAX_CHARACTERS: Final = 2000
 MAX_DEPTH: Final = 50
@@ -60,6 +62,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "min": (2, 8),
     "max": (2, 8),
     "der": (1, 1),
+    "slope": (2, 6),
     "still": (1, 1),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
@@ -114,7 +117,7 @@ def parse(text: str, *, condition: bool = False) -> Expression:
 
     Raises
     ------
-    ValueError
+    ModelError
         The text is not an expression of the language; the message says why.
 
     Examples
@@ -123,24 +126,24 @@ def parse(text: str, *, condition: bool = False) -> Expression:
     '0.5*rho*v**2'
     >>> parse("__import__('os')")
     Traceback (most recent call last):
-    ValueError: unknown function '__import__'
+    fdi.errors.ModelError: unknown function '__import__'
     """
     _check_size(text)
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         reason = error.msg if isinstance(error, SyntaxError) else str(error)
-        raise ValueError(f"not an expression: {reason}") from None
+        raise ModelError(f"not an expression: {reason}") from None
     if sum(1 for _ in ast.walk(tree)) > 4 * MAX_NODES:
-        raise ValueError(f"more than {MAX_NODES} terms")
+        raise ModelError(f"more than {MAX_NODES} terms")
     expression = _convert(tree.body, 0)
     if isinstance(expression, Text):
-        raise ValueError(f"the quoted word {expression.value[:40]!r} is not a number")
+        raise ModelError(f"the quoted word {expression.value[:40]!r} is not a number")
     if condition and isinstance(expression, Symbol):  # a flag of the flight state: `airborne`
         return expression
     if is_logical(expression) != condition:
         kind = "a condition (a comparison)" if condition else "a quantity, not a condition"
-        raise ValueError(f"must be {kind}")
+        raise ModelError(f"must be {kind}")
     return expression
 
 
@@ -149,46 +152,46 @@ def parse_equation(text: str) -> tuple[Expression, Expression]:
 
     Raises
     ------
-    ValueError
+    ModelError
         There is not exactly one equals sign, or a side is not an expression.
     """
     sides = re.split(r"(?<![<>=!])=(?!=)", text)
     if len(sides) != 2:
-        raise ValueError(f"an equation has one equals sign, this has {len(sides) - 1}")
+        raise ModelError(f"an equation has one equals sign, this has {len(sides) - 1}")
     return parse(sides[0]), parse(sides[1])
 
 
 def _check_size(text: str) -> None:
     if len(text) > MAX_CHARACTERS:
-        raise ValueError(f"{len(text)} characters, at most {MAX_CHARACTERS} are allowed")
+        raise ModelError(f"{len(text)} characters, at most {MAX_CHARACTERS} are allowed")
     if not text.strip():
-        raise ValueError("is empty")
+        raise ModelError("is empty")
     depth = deepest = 0
     for character in text:
         depth += (character in "([{") - (character in ")]}")
         deepest = max(deepest, depth)
     signs = max((len(run) for run in re.findall(r"(?:[-+~]\s*)+|(?:not\s+)+", text)), default=0)
     if deepest > MAX_DEPTH or signs > 2 * MAX_DEPTH:
-        raise ValueError(f"nested deeper than {MAX_DEPTH}")
+        raise ModelError(f"nested deeper than {MAX_DEPTH}")
     if text.count("**") > MAX_DEPTH:
-        raise ValueError(f"more than {MAX_DEPTH} powers")
+        raise ModelError(f"more than {MAX_DEPTH} powers")
 
 
 def _convert(node: ast.expr, depth: int) -> Expression:
     if depth > MAX_LEVELS:
-        raise ValueError(f"more than {MAX_LEVELS} terms in a row")
+        raise ModelError(f"more than {MAX_LEVELS} terms in a row")
     match node:
         case ast.Constant(value=bool()):
-            raise ValueError(f"{node.value!r} is not a number")
+            raise ModelError(f"{node.value!r} is not a number")
         case ast.Constant(value=int() | float() as value):
             if abs(value) > MAX_NUMBER:
-                raise ValueError("a number is too large")
+                raise ModelError("a number is too large")
             return Number(float(value))
         case ast.Constant(value=str() as word):
             return Text(word)
         case ast.Name(id=name):
             if not NAME.match(name):
-                raise ValueError(f"{name!r} is not a name")
+                raise ModelError(f"{name!r} is not a name")
             return Number(CONSTANTS[name]) if name in CONSTANTS else Symbol(name)
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
             return _quantity(_convert(operand, depth + 1))
@@ -206,19 +209,19 @@ def _convert(node: ast.expr, depth: int) -> Expression:
             return _comparison([left, *comparators], ops, depth)
         case ast.Call():
             return _call(node, depth)
-    raise ValueError(f"{type(node).__name__} is not allowed in an expression")
+    raise ModelError(f"{type(node).__name__} is not allowed in an expression")
 
 
 def _arithmetic(operator: str, left: Expression, right: Expression) -> Expression:
     if operator == "**":
         exponent = _constant(right)
         if exponent is None:
-            raise ValueError("an exponent must be a number")
+            raise ModelError("an exponent must be a number")
         if abs(exponent) > MAX_CONSTANT_EXPONENT:
-            raise ValueError(f"an exponent of {exponent:g} is beyond {MAX_CONSTANT_EXPONENT:g}")
+            raise ModelError(f"an exponent of {exponent:g} is beyond {MAX_CONSTANT_EXPONENT:g}")
         return Apply("**", (left, Number(exponent)))
     if operator == "/" and right == Number(0.0):
-        raise ValueError("division by zero")
+        raise ModelError("division by zero")
     return Apply(operator, (left, right))
 
 
@@ -237,44 +240,44 @@ def _constant(expression: Expression) -> float | None:
 def _comparison(terms: list[ast.expr], ops: list[ast.cmpop], depth: int) -> Expression:
     sides = [_convert(term, depth + 1) for term in terms]
     if any(is_logical(side) for side in sides):
-        raise ValueError("a comparison of conditions is not allowed")
+        raise ModelError("a comparison of conditions is not allowed")
     parts: list[Expression] = []
     for left, op, right in zip(sides, ops, sides[1:], strict=False):
         if type(op) not in COMPARISONS:
-            raise ValueError(f"{type(op).__name__} is not allowed in a condition")
+            raise ModelError(f"{type(op).__name__} is not allowed in a condition")
         symbol = COMPARISONS[type(op)]
         if isinstance(left, Text) or (isinstance(right, Text) and symbol not in ("==", "!=")):
-            raise ValueError("a quoted word stands on the right of == or != only")
+            raise ModelError("a quoted word stands on the right of == or != only")
         parts.append(Apply(symbol, (left, right)))
     return parts[0] if len(parts) == 1 else Apply("and", tuple(parts))
 
 
 def _call(node: ast.Call, depth: int) -> Expression:
     if not isinstance(node.func, ast.Name):
-        raise ValueError("only a function by its name can be called")
+        raise ModelError("only a function by its name can be called")
     name = node.func.id
     if name not in FUNCTIONS:
-        raise ValueError(f"unknown function {name!r}")
+        raise ModelError(f"unknown function {name!r}")
     low, high = FUNCTIONS[name]
     if node.keywords or not low <= len(node.args) <= high:
         count = f"{low}" if low == high else f"{low} to {high}"
-        raise ValueError(f"{name} takes {count} arguments, not {len(node.args)}")
+        raise ModelError(f"{name} takes {count} arguments, not {len(node.args)}")
     arguments = tuple(_quantity(_convert(argument, depth + 1)) for argument in node.args)
     return Apply(name, arguments)
 
 
 def _quantity(expression: Expression) -> Expression:
     if is_logical(expression):
-        raise ValueError("a condition cannot be used as a number")
+        raise ModelError("a condition cannot be used as a number")
     if isinstance(expression, Text):
-        raise ValueError(f"the quoted word {expression.value!r} is not a number")
+        raise ModelError(f"the quoted word {expression.value!r} is not a number")
     return expression
 
 
 def _logical(expression: Expression) -> Expression:
     # A bare name may stand for a flag of the flight state: `when: airborne`.
     if not is_logical(expression) and not isinstance(expression, Symbol):
-        raise ValueError("'and', 'or' and 'not' combine conditions")
+        raise ModelError("'and', 'or' and 'not' combine conditions")
     return expression
 
 
@@ -317,6 +320,15 @@ def differential(left: Expression, right: Expression) -> tuple[str, str] | None:
     match left, right:
         case Symbol(y), Apply("der", (Symbol(x),)):
             return y, x
+    return None
+
+
+def regressed(left: Expression, right: Expression) -> tuple[str, tuple[str, ...]] | None:
+    """Return (slope, its arguments) for the two sides of ``y = slope(v, u, ...)``, else None."""
+    match left, right:
+        case Symbol(y), Apply("slope", arguments):
+            names = tuple(argument.name for argument in arguments if isinstance(argument, Symbol))
+            return y, names
     return None
 
 

@@ -16,6 +16,7 @@ from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
 from fdi.model.definitions import SECTIONS, Definition, Definitions
+from fdi.model.repeat import repeated
 from fdi.model.yaml import Document, Place, read_document
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _read(path: Path, label: str, found: Definitions) -> AirframeFile | None:
     if len(found.checksums) + len(found.open_files) >= MAX_FILES:
         raise ModelError(f"includes more than {MAX_FILES} files", where=label)
     try:
-        document = read_document(path, label)
+        document = repeated(read_document(path, label))
     except ModelError as error:
         found.problems.extend(error.problems)
         return None

@@ -155,7 +155,10 @@ def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
         return True
     variable = units.get(wanted) or dimension(wanted)
     if own:
-        return (units.get(own) or dimension(own)).fits(variable)
+        try:
+            return (units.get(own) or dimension(own)).fits(variable)
+        except ModelError:  # a log may have a unit that is none of physics
+            return False
     # No unit is a number; per cent and degrees it is not, because these became fractions and
     # radians when the log was read.
     return isclose(variable.factor, 1.0)
@@ -193,6 +196,7 @@ def relation_equation(equation: Equation, variables: Mapping[str, Variable]) -> 
         side=equation.side,
         scale=equation.scale,
         supports=equation.supports,
+        always=equation.always,
         unit=equation.unit,
         suspects=equation.suspects,
         text=equation.text,

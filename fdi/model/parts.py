@@ -103,7 +103,8 @@ class Equation:
     suspects : tuple of str
         Further components that a violation may concern: what feeds the quantity.
     window : float
-        s; a derivative is taken over at least this long, for quantities that are noisy but slow.
+        s; a derivative is taken over at least this long, for quantities that are noisy but slow;
+        a slope over just this long.
     offset : float
         A constant by which the two sides may differ in health, learned from the flight's beginning.
     side : str
@@ -112,6 +113,9 @@ class Equation:
         Share of the change of its left side since the flight's beginning by which that may be off.
     supports : bool
         A violation supports an accusation, and accuses nobody by itself.
+    always : bool
+        Of a limit: violated from the beginning it tells a fault that was there before, and not
+        under what conditions this flight was made.
     """
 
     name: str
@@ -130,6 +134,7 @@ class Equation:
     side: Side = ""
     scale: float = 0.0
     supports: bool = False
+    always: bool = False
     unit: str = ""
     suspects: tuple[str, ...] = ()
 

@@ -96,6 +96,7 @@ class LimitEntry(_Entry):
     suspects: list[Name] = []
     when: str | None = None
     solves: list[Name] | None = None
+    always: bool = False
 
 
 class FieldEntry(_Entry):

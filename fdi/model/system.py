@@ -7,14 +7,14 @@ a measurement is in it when its channel is in the log, and brings one equation a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from fdi.model.expression import Expression, differential
+from fdi.model.expression import Expression, differential, regressed
 from fdi.model.parts import Component, Kind, Measurement, Side, Variable
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
-from fdi.telemetry import Request
+from fdi.telemetry import Copy, Request
 
 EdgeKind = Literal["solvable", "fixed", "derivative", "integral"]
 DIFFERENTIAL: Final = ("derivative", "integral")
@@ -51,6 +51,7 @@ class SystemEquation:
     side: Side = ""
     scale: float = 0.0
     supports: bool = False
+    always: bool = False
     unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None
@@ -60,6 +61,11 @@ class SystemEquation:
     def differential(self) -> tuple[str, str] | None:
         """Return (derivative, state) of ``y = der(x)``, else None."""
         return differential(self.left, self.right)
+
+    @property
+    def regressed(self) -> tuple[str, tuple[str, ...]] | None:
+        """Return (slope, its arguments) of ``y = slope(v, u, ...)``, else None."""
+        return regressed(self.left, self.right)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +100,11 @@ class System:
         Components of which a relation fell away because the log lacks what it needs beside them.
     warnings : tuple of str
         What of the model could not be used with this log, and why.
+    copies : tuple of Copy
+        Channels that repeat another one by the data, and therefore are no witnesses.
+    implied : mapping of str to Copy
+        The equations of the model that are left out because of a copy: they would hold whatever
+        happened, or need what only a copy shows.
     """
 
     name: str
@@ -107,6 +118,8 @@ class System:
     components: Mapping[str, Component]
     curtailed: frozenset[str] = frozenset()
     warnings: tuple[str, ...] = ()
+    copies: tuple[Copy, ...] = ()
+    implied: Mapping[str, Copy] = field(default_factory=dict)
 
     @property
     def inputs(self) -> Mapping[str, int]:

@@ -21,6 +21,7 @@ from fdi.report.words import (
     at,
     budget,
     clean,
+    copied,
     into_flight,
     log_time,
     number,
@@ -66,6 +67,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
     events, events_left = _events(analysis)
     return page.render(
         document=analysis.document(),
+        copied=copied(analysis.system),
         findings=[_finding(finding, i, analysis) for i, finding in enumerate(analysis.findings)],
         consequences=[
             (item, into_flight(item.onset, analysis.log), log_time(item.onset, analysis.log))

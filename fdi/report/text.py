@@ -13,7 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding
-from fdi.report.words import at, budget, clean, into_flight, log_time, per_cent, plural, size
+from fdi.report.words import (
+    at,
+    budget,
+    clean,
+    copied,
+    into_flight,
+    log_time,
+    per_cent,
+    plural,
+    size,
+)
 from fdi.result import Analysis
 
 if TYPE_CHECKING:
@@ -199,6 +209,7 @@ def _data(analysis: Analysis) -> Iterator[RenderableType]:
     else:
         yield heading("The data")
         yield text("  nothing lost, nothing repaired")
+    yield from _list("Said twice: one source each", copied(analysis.system))
     yield from _list("Warnings", analysis.warnings)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from fdi.model import System
     from fdi.result import Analysis
     from fdi.telemetry import Flight, Log
 
@@ -171,3 +172,19 @@ def budget(analysis: Analysis) -> str:
         return ""
     scaled = "" if scale == 1.0 else f" (thresholds times {scale:.2f})"
     return f", noise may accuse {per_hour:g} times an hour at the most{scaled}"
+
+
+def copied(system: System) -> list[str]:
+    """Return which messages repeat another one, a line each, and what is left out for it."""
+    lines: dict[tuple[str, str], list[str]] = {}
+    without: dict[tuple[str, str], list[str]] = {}
+    for copy in system.copies:
+        pair = (copy.channel.source, copy.of.source)
+        lines.setdefault(pair, []).append(copy.channel.field)
+        left_out = [name for name, by in system.implied.items() if by == copy]
+        without.setdefault(pair, []).extend(left_out)
+    return [
+        f"{channel} repeats {of} ({', '.join(fields)}): no witness"
+        + (f"; left out: {', '.join(without[channel, of])}" if without[channel, of] else "")
+        for (channel, of), fields in lines.items()
+    ]

@@ -30,6 +30,9 @@ from fdi.residuals.sets import FORWARD, MAX_DERIVED, Tests, sets_of
 from fdi.residuals.solve import solve
 from fdi.structure.sequence import Order
 
+Arguments = tuple[tuple[str, int], ...]
+"""Names and the nodes that give them."""
+
 
 class _UnsolvableError(Exception):
     """A matched step that cannot be computed."""
@@ -191,6 +194,8 @@ class _Graph:
                 raise _UnsolvableError(Reason.INTEGRATION, text)
             given = ((state, values[state]),)
             return self._add(Node("derivative", number, (name,), (), given, gate, gate_arguments))
+        if equation.regressed:
+            return self._add_slope(number, equation.regressed, values, gate, gate_arguments)
         key = (number, name)
         if key not in self._roots:
             self._roots[key] = solve(equation, name, self.system.variables[name])
@@ -203,7 +208,8 @@ class _Graph:
     def _add_loop(
         self, block: tuple[int, ...], solved: Mapping[int, str], values: dict[str, int]
     ) -> None:
-        if any(self.system.equations[i].differential for i in block):
+        members = [self.system.equations[i] for i in block]
+        if any(equation.differential or equation.regressed for equation in members):
             names = ", ".join(self.system.equations[i].name for i in block)
             text = f"{names} form a dynamic loop, which would have to be integrated"
             raise _UnsolvableError(Reason.DYNAMIC_LOOP, text)
@@ -248,13 +254,40 @@ class _Graph:
             slope = self._add(
                 Node("derivative", number, (derivative,), (), ((state, values[state]),))
             )
-            difference = subtract(Symbol(SLOPE), equation.left)
-            sides = ((SLOPE, slope), (derivative, values[derivative]))
-            return self._add(
-                Node("residual", number, (), (difference,), sides, gate, gate_arguments)
-            )
+            return self._add_difference(number, slope, values[derivative], gate, gate_arguments)
+        if equation.regressed:
+            slope = self._add_slope(number, equation.regressed, values, None, ())
+            given = values[equation.regressed[0]]
+            return self._add_difference(number, slope, given, gate, gate_arguments)
         expression = subtract(equation.right, equation.left)
         arguments = self._arguments([expression], number, values)
         return self._add(
             Node("residual", number, (), (expression,), arguments, gate, gate_arguments)
         )
+
+    def _add_slope(
+        self,
+        number: int,
+        regressed: tuple[str, tuple[str, ...]],
+        values: dict[str, int],
+        gate: Expression | None,
+        gate_arguments: Arguments,
+    ) -> int:
+        name, names = regressed
+        arguments = tuple((own, values[own]) for own in names)
+        return self._add(Node("slope", number, (name,), (), arguments, gate, gate_arguments))
+
+    def _add_difference(
+        self,
+        number: int,
+        windowed: int,
+        given: int,
+        gate: Expression | None,
+        gate_arguments: Arguments,
+    ) -> int:
+        """Return the residual of ``y = der(x)`` or ``y = slope(v, u)``, y known otherwise."""
+        left = self.system.equations[number].left
+        assert isinstance(left, Symbol)
+        sides = ((SLOPE, windowed), (left.name, given))
+        difference = (subtract(Symbol(SLOPE), left),)
+        return self._add(Node("residual", number, (), difference, sides, gate, gate_arguments))

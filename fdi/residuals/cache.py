@@ -13,6 +13,7 @@ import json
 from typing import Any, Final
 
 from fdi import store
+from fdi.errors import EntryError
 from fdi.model.codec import decode, encode
 from fdi.model.expression import Apply, Expression, symbols, walk
 from fdi.model.parts import STATES
@@ -73,18 +74,18 @@ def _read_bank(system: System, tree: Any) -> Bank | None:
             decode(tuple[str, ...], notes),
         )
         _check(bank)
-    except (ValueError, TypeError, KeyError, IndexError, OverflowError):
+    except (EntryError, ValueError, TypeError, KeyError, IndexError, OverflowError):
         return None
     return bank
 
 
 def _require(holds: bool) -> None:
     if not holds:
-        raise ValueError("not a bank of this system")
+        raise EntryError("not a bank of this system")
 
 
 def _check(bank: Bank) -> None:
-    """Raise ValueError where evaluation would run astray."""
+    """Raise EntryError where evaluation would run astray."""
     system = bank.system
     for number, node in enumerate(bank.nodes):
         _check_node(bank, number, node)
@@ -125,6 +126,9 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
             _require(node.variables[0] in bank.nodes[node.arguments[0][1]].variables)
         case "derivative":
             _require(counts == (1, 0, 1) and node.arguments[0][0] in system.variables)
+        case "slope":
+            _require(counts[:2] == (1, 0) and counts[2] >= 2 and counts[2] % 2 == 0)
+            _require(all(name in system.variables for name, _ in node.arguments))
         case "residual":
             _require(counts[:2] == (0, 1))
     known = {*system.parameters, *(name for name, _ in node.arguments)}
@@ -139,4 +143,5 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
 
 def _check_names(expression: Expression, known: set[str]) -> None:
     _require(set(symbols(expression)) <= known)
-    _require(not any(isinstance(n, Apply) and n.operator == "der" for n in walk(expression)))
+    windowed = ("der", "slope")
+    _require(not any(isinstance(n, Apply) and n.operator in windowed for n in walk(expression)))

@@ -29,6 +29,7 @@ from fdi.model.system import System
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop
 from fdi.residuals.node import Node
+from fdi.residuals.regress import slope
 from fdi.telemetry import Channel, Signals
 
 TIMING_SHARE: Final = 0.25
@@ -204,6 +205,8 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
             return _part(node, done, context)
         case "derivative":
             value = _derivative(node, done, context)
+        case "slope":
+            value = _slope(node, done, context)
         case "loop":
             value = _loop(node, done, context)
         case _:
@@ -377,6 +380,26 @@ def _curvature(slope: Floats) -> Floats:
     around = np.pad(change, 1)
     bent: Floats = BENT * np.maximum(around[:-1], around[1:])
     return bent
+
+
+def _slope(node: Node, done: Mapping[int, Value], context: Context) -> Value:
+    """Return a slope where it is known to the tolerance of its equation.
+
+    It carries no noise further: what is stated of a slope allows for that tolerance.
+    """
+    given = [done[number] for _, number in node.arguments]
+    size = len(context.signals.t)
+    equation = context.system.equations[node.equation]
+    column, error = slope(
+        [value.column for value in given[0::2]],
+        [value.column for value in given[1::2]],
+        [_root_sum(value.effects, "noise", size) for value in given[1::2]],
+        context.step,
+        equation.window,
+    )
+    column = np.where(error <= equation.tolerance, column, np.nan)
+    ahead = max(value.ahead for value in given)
+    return Value(column, {}, ahead + round(equation.window / (2 * context.step)))
 
 
 def _changing(source: int, context: Context) -> float:

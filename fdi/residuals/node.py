@@ -7,7 +7,7 @@ from typing import Literal
 
 from fdi.model.expression import Expression
 
-NodeKind = Literal["channel", "solve", "loop", "part", "derivative", "residual"]
+NodeKind = Literal["channel", "solve", "loop", "part", "derivative", "slope", "residual"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,7 @@ class Node:
     kind : str
         ``channel``: a measured column. ``solve``: an equation's roots for a variable. ``loop``:
         several equations at once. ``part``: one unknown of a loop. ``derivative``: of its argument.
+        ``slope``: of each pair of its arguments, in common.
         ``residual``: the difference of the two sides of an equation.
     equation : int
         The equation computed (of a loop the first); for a channel its measurement equation.

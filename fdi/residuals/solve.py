@@ -30,6 +30,10 @@ TRANSCENDENTAL: Final = ("sin", "cos", "exp", "log")
 EXPONENTS: Final = (-2, -1, 0.5, 2, 3, 4)
 
 
+class _NumericalError(Exception):
+    """An expression, or a root that sympy found, for which the language has no formula."""
+
+
 def solve(equation: SystemEquation, name: str, variable: Variable) -> tuple[Expression, ...] | None:
     """Return the roots of an equation for one of its unknowns, or None if no formula is found.
 
@@ -62,7 +66,8 @@ def _by_sympy(equation: SystemEquation, name: str) -> tuple[Expression, ...] | N
         roots = sympy.solve(_to_sympy(difference, name, unknown, known), unknown)
         back = {symbol: part for part, symbol in known.items()}
         return tuple(_from_sympy(root, back) for root in roots) or None
-    except (NotImplementedError, ValueError, TypeError):  # sympy's words for "I cannot"; complex
+    # sympy's words for "I cannot", and for a complex number
+    except (_NumericalError, NotImplementedError, ValueError, TypeError):
         return None
 
 
@@ -77,7 +82,7 @@ def _to_sympy(node: Expression, name: str, unknown: Any, known: dict[Expression,
     if not count(node, name):
         return known.setdefault(node, sympy.Symbol(f"k{len(known)}", real=True))
     if not isinstance(node, Apply):
-        raise ValueError("not a quantity")
+        raise _NumericalError("not a quantity")
     inner = [_to_sympy(argument, name, unknown, known) for argument in node.arguments]
     match node.operator, inner:
         case "+", [left, right]:
@@ -95,7 +100,7 @@ def _to_sympy(node: Expression, name: str, unknown: Any, known: dict[Expression,
         case (("sqrt" | "sin" | "cos" | "exp" | "log"), [only]):
             return getattr(sympy, node.operator)(only)
     # sympy loses roots of abs, sign, min, max and atan2, and takes seconds over other powers.
-    raise ValueError(f"{node.operator} is solved numerically")
+    raise _NumericalError(f"{node.operator} is solved numerically")
 
 
 def _from_sympy(value: Any, known: dict[Any, Expression]) -> Expression:
@@ -109,11 +114,11 @@ def _from_sympy(value: Any, known: dict[Any, Expression]) -> Expression:
         return reduce(lambda left, right: Apply(operator, (left, right)), inner)
     if value.is_Pow:
         if not isinstance(inner[1], Number):
-            raise ValueError("an exponent that is not a number")
+            raise _NumericalError("an exponent that is not a number")
         if inner[1].value == 0.5:
             return Apply("sqrt", (inner[0],))
         return Apply("**", (inner[0], inner[1]))
     name = {"Abs": "abs"}.get(value.func.__name__, value.func.__name__)
     if name not in FUNCTIONS:
-        raise ValueError(f"{name} is not a function of the language")
+        raise _NumericalError(f"{name} is not a function of the language")
     return Apply(name, tuple(inner))

@@ -16,6 +16,7 @@ clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 flights.py    take-off, landing, impact from the data
 together/     `join`: several logs of one flight as one
+copies.py     `Copy`: channels that say the same twice
 signals.py    `Request`, `Sampling`, `Signals`: resampling
 quality.py    `QualityRecord`: what was lost or repaired
 catalogue.py  units, sentinels, modes: the tables in data/
@@ -24,6 +25,7 @@ dialect.py    MAVLink message definitions
 
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
+from fdi.telemetry.copies import Copy
 from fdi.telemetry.events import Event, Flight, FlightState
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Message
@@ -35,6 +37,7 @@ from fdi.telemetry.together import join
 __all__ = [
     "Channel",
     "Clock",
+    "Copy",
     "Event",
     "Flight",
     "FlightState",

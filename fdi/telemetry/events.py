@@ -26,7 +26,6 @@ Kind = Literal[
     "parameter",
     "reboot",
 ]
-Phase = Literal["ground", "takeoff", "flight", "landing", "impact"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from fdi.errors import UsageError
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
+from fdi.telemetry.copies import Copy, compare_channels
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.message import Floats, Message
@@ -243,10 +244,16 @@ class Log:
 
     def signals(self, requests: Iterable[Request], sampling: Sampling | None = None) -> Signals:
         """Return the requested quantities on one time grid, NaN where unknown."""
-        material = Material(
+        return resample(self._material(), tuple(requests), sampling or Sampling())
+
+    def compare(self, pairs: Iterable[tuple[Request, Request]]) -> tuple[Copy, ...]:
+        """Return how far the second channel of every pair repeats the first, where that shows."""
+        return compare_channels(self._material(), pairs)
+
+    def _material(self) -> Material:
+        return Material(
             self.messages, self.span, self.events, self.flights, self.parameters, self.name
         )
-        return resample(material, tuple(requests), sampling or Sampling())
 
     def __repr__(self) -> str:
         records = sum(len(m) for m in self.messages.values())

@@ -168,8 +168,8 @@ class Signals:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Records:
-    """One quantity at its records: t ascending strictly."""
+class Records:
+    """One quantity at its records: t, s, ascending strictly; NaN is unknown."""
 
     t: Floats
     value: Floats
@@ -178,6 +178,7 @@ class _Records:
 
     @property
     def period(self) -> float:
+        """Return the median time between two records, s; NaN with fewer than two."""
         return float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
 
 
@@ -191,7 +192,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
     LogError
         The automatic rate is wanted and no requested channel is in the log.
     """
-    records = {r.channel: _records(material, r, sampling) for r in requests}
+    records = {r.channel: records_of(material, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
     t = _grid(material, sampling.window, rate)
     columns, period = {}, {}
@@ -220,7 +221,7 @@ def _extent(material: Material) -> tuple[float, float]:
     return min(f.start for f in material.flights), max(f.end for f in material.flights)
 
 
-def _own_rate(records: Mapping[Channel, _Records]) -> float:
+def _own_rate(records: Mapping[Channel, Records]) -> float:
     periods = [r.period for r in records.values() if r.t.size > 1]
     if not periods:
         raise LogError("none of the requested channels is in the log")
@@ -246,11 +247,12 @@ def _grid(material: Material, window: tuple[float, float] | None, rate: float) -
     return low + np.arange(count) / rate
 
 
-def _records(material: Material, request: Request, sampling: Sampling) -> _Records:
+def records_of(material: Material, request: Request, sampling: Sampling) -> Records:
+    """Return a requested quantity at its own records, empty where the log does not have it."""
     message = material.messages.get(request.channel.source)
     names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
     if message is None or any(name not in message for name in names):
-        return _Records(np.empty(0), np.empty(0), request.circular)
+        return Records(np.empty(0), np.empty(0), request.circular)
     every = sampling.clock == "record"
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
@@ -263,7 +265,7 @@ def _records(material: Material, request: Request, sampling: Sampling) -> _Recor
             value[~_valid(material, request.valid, fields, t)] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
     is_discrete = all(message.columns[name].is_discrete for name in names)
-    return _Records(t - request.latency, value, request.circular, is_discrete)
+    return Records(t - request.latency, value, request.circular, is_discrete)
 
 
 def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np.generic]:
@@ -301,7 +303,7 @@ def _ascending(t: Floats, value: Floats, equal: str) -> tuple[Floats, Floats]:
     return t[is_last], value[is_last]
 
 
-def _interpolate(records: _Records, t: Floats, sampling: Sampling) -> Floats:
+def _interpolate(records: Records, t: Floats, sampling: Sampling) -> Floats:
     """Return the quantity on the grid, NaN where it is unknown."""
     known_t, value = records.t, records.value
     out = np.full(t.size, np.nan)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fdi.errors import FdiError
 from fdi.telemetry import read
 from fdi.telemetry.catalogue import data_table, mavlink_meaning
 from fdi.telemetry.dialect import definition_by_name
@@ -131,7 +132,7 @@ def _names(text: str) -> list[str]:
     "text", ["", "ATT", "ATT.Roll *", "cube(ATT.Roll)", "ATT.Roll if", "ATT.Roll if ATT.Roll", "1*"]
 )
 def test_what_is_no_source_is_refused(text):
-    with pytest.raises(ValueError, match=r" is no |no function"):
+    with pytest.raises(FdiError, match=r" is no |no function"):
         source(text)
 
 

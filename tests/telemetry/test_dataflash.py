@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
 from fdi.telemetry.formats.dataflash_layouts import CHARACTERS
 from fdi.telemetry.formats.dataflash_records import all_records
+
+from .spoiling import ANYTHING, SPOILED, assert_readable, spoilings
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
@@ -108,27 +110,14 @@ def test_log_without_data_is_refused(load, data):
         load(data)
 
 
-@settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(
-    st.lists(st.tuples(st.integers(0, 3300), st.integers(0, 255)), max_size=12),
-    st.integers(0, 3300),
-    st.binary(max_size=40),
-)
-def test_damage_never_raises_anything_but_our_errors(load, flips, at, inserted):
-    data = bytearray(small(20))
-    for place, value in flips:
-        data[place % len(data)] = value
-    data[at:at] = inserted
+@SPOILED
+@given(spoilings(3300))
+def test_damage_never_raises_anything_but_our_errors(load, spoiling):
     try:
-        log = load(bytes(data))
+        log = load(spoiling.of(small(20)))
     except FdiError:
         return
-    for message in log.messages.values():
-        assert np.all(np.diff(message.t) > 0)
-        for field in message.fields:
-            message.si(field)
+    assert_readable(log)
 
 
 def test_noise_at_the_end_does_not_stretch_the_log(load):
@@ -155,28 +144,15 @@ def all_records_by(data: bytes, way: str, monkeypatch) -> dict[str, object]:
     }
 
 
-def spoiled(flips, at, inserted):
-    data = bytearray(small(20) + fmt(20, "BARO", "Qf", "TimeUS,Alt") + small(3)[89 * 7 :])
-    for place, value in flips:
-        data[place % len(data)] = value
-    data[at:at] = inserted
-    return bytes(data)
-
-
 HEADS = st.sampled_from([b"\xa3\x95", b"\xa3\x95\x14", b"\xa3\x95\x80", b"\xa3"])
 
 
-@settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(
-    st.lists(st.tuples(st.integers(0, 4000), st.integers(0, 255)), max_size=12),
-    st.integers(0, 4000),
-    st.one_of(st.binary(max_size=40), st.lists(HEADS, max_size=40).map(b"".join)),
-)
-def test_machine_code_finds_the_same_records(monkeypatch, flips, at, inserted):
+@SPOILED
+@given(spoilings(4000, st.one_of(ANYTHING, st.lists(HEADS, max_size=40).map(b"".join))))
+def test_machine_code_finds_the_same_records(monkeypatch, spoiling):
     pytest.importorskip("numba")
-    data = spoiled(flips, at, inserted)
+    intact = small(20) + fmt(20, "BARO", "Qf", "TimeUS,Alt") + small(3)[89 * 7 :]
+    data = spoiling.of(intact)
     assert all_records_by(data, "1", monkeypatch) == all_records_by(data, "0", monkeypatch)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
@@ -13,6 +13,7 @@ from fdi.telemetry import read
 from fdi.telemetry.formats.dataflash_lines import find_lines, find_numbers, number
 
 from .build_text import text_lines
+from .spoiling import SPOILED, assert_readable, spoilings
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
@@ -261,27 +262,16 @@ def test_log_written_as_text_is_the_same_log(load, name):
     assert [e.t for e in events] == pytest.approx([e.t for e in log.events], abs=0.02)
 
 
-@settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
-@given(
-    st.lists(st.tuples(st.integers(0, 1300), st.integers(0, 255)), max_size=12),
-    st.integers(0, 1300),
-    st.binary(max_size=40),
-)
-def test_damage_costs_the_lines_that_it_hits(load, flips, at, inserted):
-    data = bytearray(small())
-    for place, value in flips:
-        data[place % len(data)] = value
-    data[at:at] = inserted
+@SPOILED
+@given(spoilings(1300))
+def test_damage_costs_the_lines_that_it_hits(load, spoiling):
+    data = spoiling.of(small())
     try:
-        log = load(bytes(data))
+        log = load(data)
     except FdiError:
         return
-    for message in log.messages.values():
-        assert np.all(np.diff(message.t) > 0)
-        for field in message.fields:
-            message.si(field)
+    assert_readable(log)
+    flips, at, inserted = spoiling
     if "ATT" in log and at > len(HEAD) and all(place > len(HEAD) for place, _ in flips):
         hit = {data.count(b"\n", 0, place) for place, _ in [*flips, (at, 0)]}
         assert log["ATT"].stamp.size >= 20 - 3 * len(hit) - inserted.count(b"\n")

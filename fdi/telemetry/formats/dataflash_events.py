@@ -73,7 +73,9 @@ def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
                 number = mode
         if number is not None:
             break
-    said = [(t, code == _ARMED) for t, code in timed.lines("EV", "Id") if 10 <= code <= 11]
+    said = [
+        (t, code == _ARMED) for t, code in timed.lines("EV", "Id") if code in (_ARMED, _DISARMED)
+    ]
     said += [(t, bool(state)) for t, state in timed.lines("ARM", "ArmState")]
     armed = None
     for t, state in sorted(said):

@@ -31,6 +31,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.errors import FdiError
+
 Floats = NDArray[np.float64]
 
 _CHANNEL: Final = r"[A-Za-z]\w*(?:\[(?:\d+|[A-Za-z]\w*\.\w+)\])?\.[A-Za-z_][\w.\[\]]*"
@@ -172,7 +174,7 @@ def read(text: str) -> Read:
     """Return the reading that a channel's text names."""
     found = _READ.fullmatch(text)
     if found is None:
-        raise ValueError(f"{text!r} is no field of a message")
+        raise FdiError(f"{text!r} is no field of a message")
     name, instance, message, other, label = found.groups()
     return Read(name, label, int(instance or 0), (message, other) if message else None)
 
@@ -182,12 +184,12 @@ def source(text: str) -> Source:
 
     Raises
     ------
-    ValueError
+    FdiError
         The text does not follow the rules of this module: the table has a mistake.
     """
     found = _SOURCE.fullmatch(text)
     if found is None:
-        raise ValueError(f"{text!r} is no source")
+        raise FdiError(f"{text!r} is no source")
     total, unit, group, conditions = found.groups()
     return Source(
         tuple(_terms(total)),
@@ -202,11 +204,11 @@ def _terms(text: str) -> Iterator[Term]:
     for sign, part in zip(parts[1::2], parts[2::2], strict=True):
         found = _TERM.fullmatch(part)
         if found is None:
-            raise ValueError(f"{part!r} in {text!r} is no term")
+            raise FdiError(f"{part!r} in {text!r} is no term")
         factor, function, arguments, channel, number = found.groups()
         scale = (-1.0 if sign == "-" else 1.0) * float(factor or number or 1)
         if function is not None and function not in FUNCTIONS:
-            raise ValueError(f"{text!r}: no function {function}")
+            raise FdiError(f"{text!r}: no function {function}")
         names = [channel] if channel else re.split(r"\s*,\s*", arguments) if arguments else []
         yield Term(scale, function, tuple(map(read, names)))
 
@@ -214,7 +216,7 @@ def _terms(text: str) -> Iterator[Term]:
 def _condition(text: str) -> Condition:
     found = _CONDITION.fullmatch(text.strip())
     if found is None:
-        raise ValueError(f"{text!r} is no condition")
+        raise FdiError(f"{text!r} is no condition")
     return Condition(read(found[1]), _OPERATORS[found[2]], float(found[3]))
 
 

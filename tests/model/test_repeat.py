@@ -1,0 +1,147 @@
+"""What a file says once for every motor equals what it would say written out, mistakes included."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.errors import ModelError
+from fdi.model import load_airframe
+from fdi.model.repeat import MAX_ROWS, repeated
+from fdi.model.yaml import parse_document
+
+SHORT = """format: 1
+name: two_motors
+for:
+  i: [1, 2]
+  o: [2, 1]    # the other one
+components:
+  "motor_{i}": {group: propulsion, affects: ["motor_{o}"]}
+variables:
+  u_{i}: {unit: "1"}
+  d_{i}: {unit: "1", description: "{what} motor {i} gets more than {o}"}
+  mean: {unit: "1"}
+equations:
+  k_0: {text: "mean = (u_1 + u_2)/2"}
+  k_{i}: {text: "d_{i} = u_{i} - u_{o}", solves: ["d_{i}"], fault: "motor_{i}.weak"}
+limits:
+  motor_{i}_hard: {variable: "d_{i}", max: 0.3, component: "motor_{i}"}
+inputs:
+  SERVO_OUTPUT_RAW:
+    fields:
+      servo{i}_raw: {variable: "u_{i}", value: "servo{i}_raw/1000"}
+"""
+
+
+def written_out(text: str, rows: list[dict[str, str]]) -> str:
+    """The slow, obvious way: every line with a column in its key, once for every row."""
+    lines = []
+    for line in text.splitlines():
+        if re.match(r'\s*"?\w*\{', line):
+            for row in rows:
+                own = line
+                for column, word in row.items():
+                    own = own.replace(f"{{{column}}}", word)
+                lines.append(own)
+        else:
+            lines.append(line)
+    return "\n".join(lines)
+
+
+def without_columns(text: str) -> str:
+    return re.sub(r"^for:\n(  .*\n)+", "", text, flags=re.M)
+
+
+@given(st.lists(st.tuples(st.integers(0, 999), st.sampled_from(["-x", "y", "7"])), min_size=1,
+                max_size=6, unique_by=lambda row: row[0]))  # fmt: skip
+def test_repeated_entries_equal_lines_written_out(cells):
+    body = (
+        'a: {b: 1}\nv:\n  x_{i}: {text: "{w} + {i}", l: ["{i}", {w: "{w}"}]}\n  y: 2\n  z{i}: 3\n'
+    )
+    numbers = ", ".join(str(number) for number, _ in cells)
+    words = ", ".join(f'"{word}"' for _, word in cells)
+    short = parse_document(f"for: {{i: [{numbers}], w: [{words}]}}\n{body}", "m")
+    rows = [{"i": str(number), "w": word} for number, word in cells]
+    full = parse_document(written_out(body.replace("{w:", "{q:"), rows).replace("{q:", "{w:"), "m")
+    assert repeated(short).tree == full.tree
+    assert list(repeated(short).tree["v"]) == list(full.tree["v"])
+
+
+def test_a_model_of_repeated_entries_equals_the_one_written_out(tmp_path):
+    text = SHORT.replace("{what} ", "")
+    (tmp_path / "short.yaml").write_text(text)
+    rows = [{"i": "1", "o": "2"}, {"i": "2", "o": "1"}]
+    (tmp_path / "full.yaml").write_text(written_out(without_columns(text), rows))
+    short, full = (load_airframe(tmp_path / f"{name}.yaml") for name in ("short", "full"))
+    for name in set(short.__slots__) - {"sha256"}:
+        assert getattr(short, name) == getattr(full, name), name
+    assert [e.name for e in short.equations][:3] == ["k_0", "k_1", "k_2"]
+    assert [str(m.channel.field) for m in short.measurements] == ["servo1_raw", "servo2_raw"]
+
+
+def told(text: str) -> list[str]:
+    with pytest.raises(ModelError) as raised:
+        repeated(parse_document(text, "m.yaml"))
+    return list(raised.value.problems)
+
+
+def test_a_mistake_in_a_repeated_entry_names_its_line_and_which_it_is(tmp_path):
+    path = tmp_path / "m.yaml"
+    path.write_text(SHORT.replace("u_{i} - u_{o}", "u_{i} - w_{o}").replace("{what} ", ""))
+    with pytest.raises(ModelError) as raised:
+        load_airframe(path)
+    line = SHORT.splitlines().index(next(x for x in SHORT.splitlines() if "k_{i}" in x)) + 1
+    assert list(raised.value.problems) == [
+        f"m.yaml:{line}: equations.k_1: unknown symbol 'w_2'",
+        f"m.yaml:{line}: equations.k_2: unknown symbol 'w_1'",
+    ]
+
+
+def test_a_column_that_is_not_there_is_told_with_its_line():
+    assert told(SHORT)[0] == "m.yaml:10: variables.d_{i}.description: 'what' is no column of 'for'"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("v:\n  x_{i}: 1\n", "m.yaml:2: v.x_{i}: 'i' is no column of 'for'"),
+        ("for: [1]\n", "m.yaml:1: for: must be columns, such as {i: [1, 2, 3, 4]}"),
+        (
+            "for:\n  i: [1, 2]\n  o: [2]\n",
+            "m.yaml:1: for: columns must be equally long: i has 2, o has 1",
+        ),
+        ("for:\n  i: 4\n", f"m.yaml:2: for.i: must be a list of 1 to {MAX_ROWS} words or numbers"),
+        (
+            "for:\n  i: " + str(list(range(MAX_ROWS + 1))),
+            f"m.yaml:2: for.i: must be a list of 1 to {MAX_ROWS} words or numbers",
+        ),
+        ("for:\n  i: [1, true]\n", "m.yaml:2: for.i: may hold words and whole numbers only"),
+        ("for:\n  i-j: [1]\n", "m.yaml:2: for.i-j: is not a word"),
+        (
+            "for:\n  i: [" + "a" * 81 + "]\n",
+            "m.yaml:2: for.i: has a word of more than 80 characters",
+        ),
+        ("for: {i: [1, 1]}\nv:\n  x_{i}: 1\n", "m.yaml:3: v.x_{i}: 'x_1' is there twice"),
+        ("for: {i: [1, 2]}\nv:\n  x_1: 1\n  x_{i}: 1\n", "m.yaml:4: v.x_{i}: 'x_1' is there twice"),
+        (
+            'for: {i: [1]}\nv:\n  x: "u_{i}"\n',
+            "m.yaml:3: v.x: {i} stands for nothing: the entry's name lacks it",
+        ),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_repeated_is_told_with_its_line(text, problem):
+    assert told(text) == [problem]
+
+
+def test_without_columns_braces_are_letters():
+    text = 'v: {x: "a {brace}", y: ["{}", "{i"]}'
+    assert repeated(parse_document(text, "m")).tree == parse_document(text, "m").tree
+
+
+def test_a_small_file_does_not_become_a_huge_one():
+    words = ", ".join("w" * 78 + f"{n:02}" for n in range(MAX_ROWS))
+    text = f"for: {{i: [{words}]}}\nv:\n" + "".join(
+        f'  x{n}_{{i}}: "{"{i}" * 50}"\n' for n in range(100)
+    )
+    assert told(text) == ["m.yaml:10: repetition makes more than 1000000 characters"]
