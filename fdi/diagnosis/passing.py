@@ -51,15 +51,22 @@ def has_passed(cause: Cause, end: float, bank: Bank) -> bool:
 def is_marginal(cause: Cause, bank: Bank) -> bool:
     """Return whether no test goes clearly beyond noise, and none beyond what the model states.
 
+    Of the tests that hold a fault of the component, where there are any: what only suspects it may
+    support an accusation, and does not make up for them.
+
     Parameters
     ----------
     cause : Cause
     bank : Bank
         Whose generators the runs' rows are.
     """
-    left = [bank.system.equations[bank.generators[run.row].residual] for run in cause.runs]
-    stated = any(equation.kind in (Kind.LIMIT, Kind.EQUALITY) for equation in left)
-    return not stated and max(run.peak for run in cause.runs) < CLEARLY
+    system = bank.system
+    left = [system.equations[bank.generators[run.row].residual] for run in cause.runs]
+    if any(e.kind in (Kind.LIMIT, Kind.EQUALITY) for e in left):
+        return False
+    own = {fault.name for fault in system.faults if fault.component == cause.component}
+    holding = [run for run in cause.runs if own.intersection(bank.generators[run.row].faults)]
+    return max(run.peak for run in holding or cause.runs) < CLEARLY
 
 
 def sees_changes_only(row: int, bank: Bank) -> bool:

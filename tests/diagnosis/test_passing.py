@@ -1,6 +1,10 @@
 """What passes is no failure; what lasts, ends the flight, or is seen in many ways may be one."""
 
+from dataclasses import replace
+
 import pytest
+
+from fdi.diagnosis import diagnose
 
 from .build import alarms_of, bank_of, limit_row, model, named, row
 from .test_ranking import BANK, answer, pairs
@@ -66,6 +70,22 @@ def test_what_follows_from_a_passing_alarm_is_no_consequence():
 @pytest.mark.parametrize(("peak", "counts"), [(1.2, False), (1.3, True)])
 def test_what_is_hardly_more_than_noise_accuses_nobody(peak, counts):
     assert bool(answer(pairs("gps", "x", (40, 80)), peak=peak).findings) == counts
+
+
+def test_strong_suspicion_does_not_make_up_for_a_marginal_test_of_its_own():
+    more = "equations:\n  e: {text: z = w, fault: radar.e, component: radar, suspects: [gps]}\n"
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"], "radar": ["z"], "sun": ["w"]}, more=more))
+    own, other = row(bank, "GPS.x", "BARO.x"), row(bank, "RADAR.z", "SUN.w", "radar.e")
+    raised = {own: [(40, 80)], other: [(40, 80)]}
+
+    def found(peak):
+        alarms = alarms_of(bank, raised)
+        strength = alarms.strength.copy()
+        strength[own] *= peak / 3.0
+        return named(diagnose(replace(alarms, strength=strength), bank).findings)
+
+    assert found(1.3) == ["gps"]
+    assert "gps" not in found(1.2)
 
 
 def test_what_the_model_states_itself_is_held_to_the_letter():
