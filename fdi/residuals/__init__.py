@@ -11,6 +11,8 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``node.py``, ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
 - ``regress.py``: by what factor one quantity follows another
+- ``latency.py``: how late sensors come, by the log
+- ``accuracy.py``: how accurate sensors say that they are, and how far they are believed
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``cache.py``: a compiled bank on disk
