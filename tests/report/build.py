@@ -25,6 +25,7 @@ from fdi.diagnosis import (
 from fdi.model import load_airframe
 from fdi.report import write_report
 from fdi.residuals import build_bank
+from fdi.residuals.latency import Lag
 from fdi.result import Analysis
 from fdi.telemetry import Clock, Event, Flight, Log, Message, QualityRecord
 from fdi.telemetry.message import Column
@@ -110,6 +111,21 @@ def small_log(
     )
 
 
+LAG = Lag(
+    source="GPS_RAW_INT",
+    component="gps",
+    channels=(),
+    against=("LOCAL_POSITION_NED",),
+    stated=0.15,
+    value=-0.05,
+    sigma=0.01,
+    assumed=0.05,
+    blocks=4.2,
+    used=True,
+    why="",
+)
+
+
 def small_analysis(folder: Path, log: Log | None = None, **changes: Any) -> Analysis:
     """Return the analysis of a log, with findings set by hand; ``changes`` are to its diagnosis."""
     path = folder / "altimeters.yaml"
@@ -132,6 +148,7 @@ def small_analysis(folder: Path, log: Log | None = None, **changes: Any) -> Anal
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,
+        lags=(LAG,),
         warnings=("VFR_HUD.climb: this log has no field climb",),
         timings={"read": 0.1},
         command=("fdi", "analyze", "flight.tlog"),

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 from unicodedata import category
 
@@ -9,8 +10,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.report.words import at, clean, into_flight, log_time, number, shortened, size, span
-from fdi.telemetry import Flight
+from fdi.report.words import (
+    accuracies,
+    at,
+    clean,
+    copied,
+    into_flight,
+    latencies,
+    log_time,
+    number,
+    shortened,
+    size,
+    span,
+)
+from fdi.residuals.accuracy import Told
+from fdi.telemetry import Channel, Copy, Flight
+
+from .build import LAG
 
 
 @given(st.text())
@@ -106,3 +122,36 @@ def test_a_time_of_the_log_has_utc_where_the_clock_knows_it():
     clock = SimpleNamespace(utc=lambda t: "2024-05-06T07:08:09.123456Z")
     assert log_time(3, SimpleNamespace(clock=clock)) == "log 3.0 s, 2024-05-06 07:08:09.1 UTC"
     assert log_time(3, SimpleNamespace(clock=SimpleNamespace(utc=lambda t: None))) == "log 3.0 s"
+
+
+def test_a_latency_is_told_whole_with_how_well_it_is_known():
+    (line,) = latencies([LAG])
+    assert line == (
+        "gps in GPS_RAW_INT: 0.100 +- 0.010 s behind LOCAL_POSITION_NED (stated 0.15 s), taken off"
+    )
+
+
+def test_a_latency_that_is_not_used_says_why():
+    (line,) = latencies([replace(LAG, used=False, why="too little motion")])
+    assert line == "as the model states, too little motion: gps in GPS_RAW_INT"
+
+
+def test_a_message_that_repeats_another_is_one_line_with_what_is_left_out():
+    names = ("xmag", "ymag")
+    copies = tuple(
+        Copy(Channel("SCALED_IMU2", name), Channel("RAW_IMU", name), 1.0, 0.0, 1.0, 99)
+        for name in names
+    )
+    system = SimpleNamespace(copies=copies, implied={"mag_2": copies[0]})
+    assert copied(system) == [
+        "SCALED_IMU2 repeats RAW_IMU (xmag, ymag): no witness; left out: mag_2"
+    ]
+
+
+def test_only_accuracies_worse_than_stated_are_told():
+    good = Told(Channel("GPS_RAW_INT", "vel"), "m/s", 0.5, 0.3, 0.5, 0.4, 0.0)
+    poor = replace(good, reported=0.7, used=0.7, worst=4.9, bounded=0.1)
+    (line,) = accuracies([good, poor])
+    assert "0.7" in line
+    assert "4.9 m/s" in line
+    assert "10 %" in line
