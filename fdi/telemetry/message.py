@@ -194,7 +194,7 @@ class Message:
         column = self._column(name)
         if column.is_text or not len(self):
             return False
-        return bool(np.isfinite(self.glance(name)[self.kept]).any())
+        return bool(np.isfinite(self.glance(name))[self.kept].any())
 
     def unit(self, name: str) -> str:
         """Return the SI unit of `si`, "" dimensionless; "us" for pulse widths."""

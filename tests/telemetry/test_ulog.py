@@ -114,6 +114,23 @@ def test_padding_at_the_end_may_be_left_out(load):
         assert log["one"].fields == ("timestamp", "x")
 
 
+@pytest.mark.parametrize("fast", ["0", "1"])
+def test_topic_of_padding_alone_has_no_fields(fast, load, monkeypatch):
+    monkeypatch.setenv("FDI_FAST", fast)
+    log = load(
+        b"".join(
+            [
+                *(build.header(), *build.definitions(), *build.records()),
+                *(build.topic("none:uint8_t[4] _padding0;"), build.subscribe(3, "none")),
+                *(build.data(3, "4s", bytes(4)) for _ in range(3)),
+            ]
+        )
+    )
+    assert log["none"].fields == ()
+    assert all(log["wave"].raw(name).size == 50 for name in log["wave"].fields)
+    assert all(log["motors"].raw(name).size == 50 for name in log["motors"].fields)
+
+
 def test_format_may_be_defined_after_its_subscription(load):
     parts = build.definitions()
     log = load(b"".join([build.header(), *reversed(parts), *build.records()]))

@@ -192,64 +192,40 @@ def walk_messages(
     return int(found), int(at)
 
 
-def fill_columns(
-    sources: tuple[NDArray[Any], ...],
-    at: NDArray[np.uint64],
-    bounds: NDArray[np.uint64],
-    fields: tuple[NDArray[np.uint64], ...],
-    places: tuple[NDArray[Any], ...],
+def copy_records(
+    data: NDArray[np.uint8],
+    at: NDArray[np.int64],
+    topics: tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]],
+    blocks: NDArray[np.uint8],
 ) -> None:
-    """Fill in all fields of the records of several topics that lie anywhere in a file.
+    """Copy the records of several topics, which lie anywhere in a file, to those of their topic.
 
     The file is gone through in parts that stay in the cache while every topic takes what it has
-    there, so that each byte comes from memory once.
+    there, so that each byte comes from memory once. Stands in for `gather.gather`.
 
     Parameters
     ----------
-    sources : uint8, uint16, uint32, uint64
-        `ulog_walk.words` of the file's bytes; a field of so many bytes is read from its own one.
-    at : (n,) uint64
-        First bytes of the records, ascending within a topic.
-    bounds : (m + 1,) uint64
-        Where the records of a topic begin in ``at``.
-    fields : (k, 3) uint64 each
-        Fields of 1, 2, 4 and 8 bytes, by topic: number of the topic, place in a record, and how
-        much further a value stands in ``places`` than its record in ``at`` (modulo 2**64).
-    places
-        Where the values of these fields are put.
+    data : (n,) uint8
+    at : (m,) int64
+        First bytes of the records, topic by topic, ascending within one.
+    topics : (k,) int64 each
+        The row behind a topic's last one in ``at``, bytes of a record, first byte in ``blocks``.
+    blocks : uint8
+        Where the records are put.
     """
-    one = np.uint64(1)
-
-    def fill(
-        source: NDArray[Any], some: NDArray[np.uint64], out: NDArray[Any], topic: tuple[Any, ...]
-    ) -> Any:
-        k, number, low, high = topic
-        while k < np.uint64(some.shape[0]) and some[k, 0] == number:
-            offset, place = some[k, 1], some[k, 2]
-            for i in range(low, high):
-                out[place + i] = source[at[i] + offset]
-            k += one
-        return k
-
-    following = bounds[:-1].copy()
-    part, size = np.uint64(1 << 19), np.uint64(sources[0].size)
-    end = part
-    k_1: Any
-    k_2: Any
-    k_4: Any
-    k_8: Any
-    while end < size + part:
-        k_1 = k_2 = k_4 = k_8 = np.uint64(0)
-        for number in range(np.uint64(following.size)):
-            low = high = following[number]
-            while high < bounds[number + one] and at[high] < end:
-                high += one
-            following[number] = high
-            k_1 = fill(sources[0], fields[0], places[0], (k_1, number, low, high))
-            k_2 = fill(sources[1], fields[1], places[1], (k_2, number, low, high))
-            k_4 = fill(sources[2], fields[2], places[2], (k_4, number, low, high))
-            k_8 = fill(sources[3], fields[3], places[3], (k_8, number, low, high))
-        end += part
+    stops, sizes, firsts = topics
+    rows, places = np.append(0, stops[:-1]), firsts.copy()
+    part = 1 << 19
+    for end in range(part, data.size + part, part):
+        for topic in range(stops.size):
+            row, size, to = np.uint64(rows[topic]), sizes[topic], np.uint64(places[topic])
+            while row < np.uint64(stops[topic]) and at[row] < end:
+                low = np.uint64(at[row])
+                for i in range(np.uint64(size)):
+                    blocks[to + i] = data[low + i]
+                to += np.uint64(size)
+                row += np.uint64(1)
+            rows[topic], places[topic] = row, to
 
 
 def sort_messages(

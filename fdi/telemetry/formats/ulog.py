@@ -61,7 +61,6 @@ from fdi.telemetry.formats.ulog_units import Release, field_meaning
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
-from fdi.units import Conversion
 
 Ints = NDArray[np.int64]
 Stamps = NDArray[np.uint64]
@@ -241,14 +240,13 @@ def _columns(
         meaning = field_meaning(layout.topic, one.name, one.plain, one.dtype, release)
         flag = None if meaning.flag is None else layout.field(meaning.flag)
         absent = _never if flag is None else partial(_unset, partial(load, flag))
-        is_count = np.dtype(one.dtype).kind in "biu" and meaning.conversion == Conversion("")
         made[one.name] = Column(
             partial(load, one),
             meaning.conversion,
             meaning.invalid,
             absent=absent,
             is_text=one.is_text,
-            is_discrete=is_count or one.is_text,
+            is_discrete=meaning.is_discrete,
         )
     return made
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
+import numpy as np
+
 from fdi.telemetry.catalogue import data_table
 from fdi.units import Conversion, si
 
@@ -21,11 +23,15 @@ NEWEST: Final[Release] = (255, 255)
 
 @dataclass(frozen=True, slots=True)
 class FieldMeaning:
-    """How a field becomes SI, which raw values mean unknown, and the flag that must be set."""
+    """How a field becomes SI, which raw values mean unknown, and the flag that must be set.
+
+    ``is_discrete``: a code, a count or a text.
+    """
 
     conversion: Conversion
     invalid: tuple[float, ...]
     flag: str | None
+    is_discrete: bool
 
 
 @cache
@@ -59,7 +65,9 @@ def field_meaning(topic: str, name: str, plain: str, dtype: str, release: Releas
     flags = table["unknown_unless"].get(known, {})
     flag = next((flag for flag, fields in flags.items() if plain in fields), None)
     invalid = tuple(table["invalid"].get(f"{known}.{plain}", ()))
-    return FieldMeaning(si(unit), invalid, flag)
+    kind, conversion = np.dtype(dtype).kind, si(unit)
+    is_discrete = kind == "S" or (kind in "iu" and conversion == Conversion(""))
+    return FieldMeaning(conversion, invalid, flag, is_discrete)
 
 
 @cache

@@ -47,7 +47,7 @@ _DATA: Final = ord("D")
 _NEVER: Final = 1 << 20  # larger than any message: the id is not subscribed
 _WINDOW: Final = range(1 << 13, 1 << 20)  # bytes looked at at once: after a definition, at most
 _SEARCH: Final = range(1 << 10, 1 << 20)
-_ROOM: Final = 1 << 18  # messages that the machine code finds at once
+_BYTES: Final = 32  # of a message, usually more: so the machine code has room for all at once
 _SMALLEST: Final = np.array([SIZES.get(k, range(_NEVER, 0)).start for k in range(256)])
 _LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
@@ -127,6 +127,11 @@ class _Room:
     found: Run
     used: int = 0
 
+    @property
+    def size(self) -> int:
+        """For how many messages there is room."""
+        return self.found.at.size
+
 
 @dataclass(slots=True, eq=False)
 class Walk:
@@ -179,7 +184,7 @@ class Walk:
     def over(cls, data: Bytes) -> Walk:
         """Return a walk that has not begun."""
         kernel = compiled(walk_messages, data.size)
-        room = None if kernel is None else _Room(kernel, no_messages(_ROOM))
+        room = None if kernel is None else _Room(kernel, no_messages(data.size // _BYTES + 1))
         return cls(data, data.data, words(data, "<u2"), words(data, "<u8"), room)
 
     def part(self, at: int, limit: int) -> None:
@@ -293,15 +298,14 @@ class Walk:
         tables = self.low, self.high, self.stamp_at
         parts = []
         while True:
-            if room.used == _ROOM:
-                room.found, room.used = no_messages(_ROOM), 0
-            free = room.found.part(room.used, _ROOM)
+            free = room.found.part(room.used, room.size)
             part = at, self.limit
             count, at = room.kernel(self.data, self.word, self.long, part, tables, tuple(free))
             parts.append(free.part(0, count))
             room.used += count
-            if room.used < _ROOM:
+            if room.used < room.size:
                 return joined(parts), at
+            room.found, room.used = no_messages(room.size), 0
 
     def look(self, low: int) -> _Window:
         """Return the headers of data messages from a byte on; windows grow until a definition."""

@@ -1,0 +1,90 @@
+"""Which alarms a flight holds: every one once, with its bounds, cut where they pause."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fdi.diagnosis.episodes import EPISODE_GAP_S, Run, episodes, find_runs
+
+from .build import CONFIRM_S, RATE, alarms_of, bank_of, model
+
+BANK = bank_of(model({"gps": ["x"], "baro": ["x"], "radar": ["x"]}))
+ROWS = range(len(BANK.generators))
+whole = st.integers(0, 90).map(float)
+raised = st.dictionaries(
+    st.sampled_from(ROWS),
+    st.lists(st.tuples(whole, st.integers(2, 30)).map(lambda p: (p[0], p[0] + p[1])), max_size=3),
+)
+
+
+def test_a_run_has_the_bounds_of_its_alarm():
+    (run,) = find_runs(alarms_of(BANK, {1: [(40, 60)]}, peak=7.0), 0, 100)
+    assert (run.row, run.first, run.last) == (1, 40 * RATE, 60 * RATE)
+    assert (run.onset, run.known, run.end) == (40.0, 40.0 + CONFIRM_S, 60.0)
+    assert run.peak == 7.0
+
+
+def test_onset_of_a_test_that_looks_ahead_lies_after_its_first_sample():
+    """A centred window feels a change before it is in its middle."""
+    delay = np.full(len(BANK.generators), 2.0)
+    (run,) = find_runs(alarms_of(BANK, {0: [(40, 60)]}, delay_s=delay), 0, 100)
+    assert run.onset == 40.0 + 0.75 * 2.0
+    assert run.known == 40.0 + CONFIRM_S + 2.0
+
+
+def test_alarm_that_is_never_certain_is_none():
+    assert find_runs(alarms_of(BANK, {0: [(40, 41)]}), 0, 100) == []
+
+
+@given(raised, whole, st.integers(1, 100))
+@settings(deadline=None)
+def test_runs_are_the_alarms_in_the_time_asked_for_each_once(raised, start, length):
+    alarms = alarms_of(BANK, raised)
+    end = start + length
+    found = find_runs(alarms, start, end)
+    assert found == sorted(found, key=lambda run: (run.onset, run.row))
+    covered = np.zeros_like(alarms.alarm)
+    for run in found:
+        assert start <= run.onset <= min(run.known, run.end)
+        assert run.end <= end
+        assert alarms.alarm[run.row, run.first : run.last].all()
+        assert not covered[run.row, run.first : run.last].any()
+        covered[run.row, run.first : run.last] = True
+    t = alarms.residuals.t
+    missed = alarms.alarm & ~covered & (t >= start) & (t < end)
+    for row in ROWS:  # what is left out was too short to be one, or too little of it is left
+        ends = np.flatnonzero(np.diff([0, *missed[row].astype(int), 0]))
+        assert all(b - a <= CONFIRM_S * RATE for a, b in zip(ends[::2], ends[1::2], strict=True))
+
+
+@given(raised, whole)
+@settings(deadline=None)
+def test_what_ends_before_a_moment_does_not_depend_on_what_follows(raised, cut):
+    alarms = alarms_of(BANK, raised)
+    until = find_runs(alarms, 0, cut)
+    assert all(run in until for run in find_runs(alarms, 0, 200) if run.end < cut)
+
+
+spans = st.lists(st.tuples(st.floats(0, 200), st.floats(0.5, 20)), max_size=12)
+
+
+@given(spans)
+def test_episodes_are_the_runs_in_order_cut_at_every_longer_pause_and_nowhere_else(spans):
+    runs = [Run(i, 0, 0, on, on, on + lasts, 3.0) for i, (on, lasts) in enumerate(sorted(spans))]
+    found = episodes(runs)
+    assert [run for episode in found for run in episode] == runs
+    assert all(found)
+    for earlier, later in pairwise(found):
+        assert later[0].onset > max(run.end for run in earlier) + EPISODE_GAP_S
+    for episode in found:
+        for number, run in enumerate(episode[1:], 1):
+            assert run.onset <= max(r.end for r in episode[:number]) + EPISODE_GAP_S
+
+
+@pytest.mark.parametrize(("pause", "count"), [(4.75, 1), (5.0, 1), (5.25, 2)])
+def test_pause_of_five_seconds_is_still_one_episode(pause, count):
+    alarms = alarms_of(BANK, {0: [(10, 20)], 1: [(20 + pause, 40)]})
+    assert len(episodes(find_runs(alarms, 0, 100))) == count

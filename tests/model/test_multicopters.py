@@ -1,0 +1,138 @@
+"""What the multicopter models say of outputs, against the geometry of ArduPilot's frames.
+
+A controller mixes thrust, roll, pitch and yaw; a motor that gives less than asked makes it
+ask for more. The mixes are solved here from the frames' angles, which the models never see.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.model import load_airframe
+from fdi.model.evaluate import evaluate
+from fdi.model.expression import Symbol, symbols
+from fdi.model.parts import Kind
+
+# AP_MotorsMatrix.cpp, frames X: angle from the nose to the right, deg; sense, 1 like motor 1
+FRAMES = {
+    "quadcopter": ([45, -135, -45, 135], [1, 1, -1, -1]),
+    "hexacopter": ([90, -90, -30, 150, 30, -150], [1, -1, 1, -1, -1, 1]),
+}
+MOTORS = [(name, k) for name, (angles, _) in FRAMES.items() for k in range(1, len(angles) + 1)]
+EACH_MOTOR = pytest.mark.parametrize(("name", "motor"), MOTORS)
+model = cache(load_airframe)
+
+
+def mixer(name, turned=0.0):
+    """(n, 4): what each output gets of thrust, roll, pitch and yaw; ``turned`` makes an X a +."""
+    angles, senses = (np.array(part, float) for part in FRAMES[name])
+    angles = np.radians(angles + turned)
+    return np.stack([np.ones_like(angles), -np.sin(angles), np.cos(angles), senses], axis=1)
+
+
+def outputs(name, works, thrust=0.4, turned=0.0, torque=(0.0, 0.0, 0.0)):
+    """The outputs that hold the vehicle where motors give shares ``works`` of what is asked."""
+    mix = mixer(name, turned)
+    effect = mix.T @ np.diag(works) @ mix
+    wanted = np.array([thrust * len(mix), *torque])
+    return mix @ np.linalg.solve(effect, wanted)
+
+
+def computed(name, given, wanted):
+    """Compute variables of a model from others by its equations, each solved for its left side."""
+    relations = [e for e in model(name).equations if e.kind is Kind.RELATION]
+    by_left = {e.left.name: e for e in relations if isinstance(e.left, Symbol)}
+    columns = {k: np.atleast_1d(np.asarray(v, float)) for k, v in given.items()}
+    columns |= {k: np.float64(p.value) for k, p in model(name).parameters.items()}
+
+    def column(variable):
+        if variable not in columns:
+            equation = by_left[variable]
+            for needed in set(symbols(equation.right)):
+                column(needed)
+            columns[variable] = evaluate(equation.right, columns)
+        return columns[variable]
+
+    return {variable: float(np.ravel(column(variable))[0]) for variable in wanted}
+
+
+def extras(name, u):
+    count = len(FRAMES[name][0])
+    given = {f"u_{i}": u[i - 1] for i in range(1, count + 1)}
+    return np.array(
+        list(computed(name, given, [f"extra_{i}" for i in range(1, count + 1)]).values())
+    )
+
+
+@EACH_MOTOR
+@pytest.mark.parametrize("gives", [0.8, 0.6])
+@pytest.mark.parametrize("turned", [0.0, 45.0])
+def test_of_a_weak_motor_alone_it_is_said_that_it_is_given_more(name, motor, gives, turned):
+    works = np.ones(len(FRAMES[name][0]))
+    works[motor - 1] = gives
+    found = extras(name, outputs(name, works, turned=turned))
+    assert np.argmax(found) == motor - 1
+    assert found[motor - 1] > 0.05
+    assert (np.delete(found, motor - 1) < 0.02).all()
+
+
+@pytest.mark.parametrize("name", FRAMES)
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(0.3, 0.7))
+def test_wind_that_asks_for_tilt_alone_makes_no_motor_weak(name, roll, pitch, thrust):
+    mix = mixer(name)
+    assert (extras(name, mix @ [thrust, roll, pitch, 0.0]) < 1e-9).all()
+
+
+@pytest.mark.parametrize("name", FRAMES)
+@given(st.floats(-0.1, 0.1), st.floats(0.3, 0.7))
+def test_yaw_alone_makes_no_motor_weak(name, yaw, thrust):
+    assert (extras(name, mixer(name) @ [thrust, 0.0, 0.0, yaw]) < 1e-9).all()
+
+
+@EACH_MOTOR
+def test_an_output_that_stands_still_among_moving_ones_is_stuck_and_no_other(name, motor):
+    count = len(FRAMES[name][0])
+    given = {f"u_{i}": 0.3 + 0.3 * i / count for i in range(1, count + 1)}
+    given |= {f"held_{i}": 0.05 for i in range(1, count + 1)} | {f"held_{motor}": 3.0}
+    found = computed(name, given, [f"stuck_{i}" for i in range(1, count + 1)])
+    assert found.pop(f"stuck_{motor}") == 3.0
+    assert max(found.values()) <= 0.05
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_outputs_that_all_stand_still_are_not_stuck(name):
+    """A log that shows outputs once a second, or a vehicle that waits."""
+    count = len(FRAMES[name][0])
+    given = {f"u_{i}": 0.3 + 0.3 * i / count for i in range(1, count + 1)}
+    given |= {f"held_{i}": 3.0 for i in range(1, count + 1)}
+    assert set(computed(name, given, [f"stuck_{i}" for i in range(1, count + 1)]).values()) == {0.0}
+
+
+@EACH_MOTOR
+def test_an_output_is_told_against_the_mean_of_all(name, motor):
+    count = len(FRAMES[name][0])
+    given = {f"u_{i}": 0.5 for i in range(1, count + 1)} | {f"u_{motor}": 0.02}
+    found = computed(name, given, [f"idle_{i}" for i in range(1, count + 1)])
+    mean = (0.5 * (count - 1) + 0.02) / count
+    assert found[f"idle_{motor}"] == pytest.approx(0.02 / mean)
+    assert found[f"idle_{motor % count + 1}"] == pytest.approx(0.5 / mean)
+
+
+@EACH_MOTOR
+def test_every_motor_has_the_same_statements_limits_and_effects(name, motor):
+    """The model is the same for each motor, but for the numbers."""
+    airframe = model(name)
+
+    def of(number):
+        own = [e for e in airframe.equations if e.component == f"motor_{number}"]
+        return [
+            (e.name.replace(str(number), "N"), e.kind, e.tolerance, e.offset, e.side, e.when)
+            for e in own
+        ]
+
+    assert of(motor) == of(1)
+    component, first = (airframe.components[f"motor_{i}"] for i in (motor, 1))
+    assert (component.group, component.affects) == (first.group, first.affects)

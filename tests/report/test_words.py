@@ -1,0 +1,108 @@
+"""Words for people: foreign text is harmless, times and numbers keep what they say."""
+
+import math
+import re
+from types import SimpleNamespace
+from unicodedata import category
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.report.words import at, clean, into_flight, log_time, number, shortened, size, span
+from fdi.telemetry import Flight
+
+
+@given(st.text())
+def test_what_is_shown_has_no_control_characters_and_one_line(text):
+    shown = clean(text)
+    assert not any(category(c) in ("Cc", "Cs") for c in shown)
+    assert not set("\u202a\u202b\u202d\u202e\u2066\u2067\u2068\ufeff") & set(shown)
+    assert clean(shown) == shown
+
+
+@given(st.text(st.characters(categories=["L", "N", "P", "S", "Zs"])))
+def test_what_can_be_read_stays_as_it_is(text):
+    assert clean(text) == text
+
+
+def seconds_of(text):
+    """Read a length of time back."""
+    found = re.fullmatch(r"(?:(\d+) h )?(?:(\d+) min )?(?:([\d.]+) s)?", text)
+    hours, minutes, seconds = (float(part or 0) for part in found.groups())
+    assert seconds < 60
+    assert minutes < 60
+    return 3600 * hours + 60 * minutes + seconds
+
+
+@given(st.floats(0, 1e6))
+def test_a_length_of_time_says_what_it_is_to_a_tenth_and_above_an_hour_to_a_second(seconds):
+    assert seconds_of(span(seconds)) == pytest.approx(
+        seconds, abs=0.0501 if seconds < 3599 else 0.501
+    )
+
+
+@given(st.floats(-1e6, 1e6))
+def test_a_time_is_told_to_a_tenth_and_never_as_minus_nought(t):
+    assert float(at(t)) == pytest.approx(t, abs=0.0501)
+    assert at(t) != "-0.0"
+
+
+@given(st.floats(-1e300, 1e300), st.integers(2, 6))
+def test_a_number_keeps_its_digits(value, digits):
+    assert float(number(value, digits)) == pytest.approx(value, rel=0.5 * 10.0 ** (1 - digits))
+
+
+@pytest.mark.parametrize("value", [None, math.nan, math.inf])
+def test_what_is_unknown_is_a_dash(value):
+    assert number(value) == "–"
+
+
+@given(st.integers(0, 10**12))
+def test_a_number_of_bytes_is_right_to_its_last_digit(count):
+    value, unit = size(count).split()
+    scale = {"bytes": 1, "kB": 1e3, "MB": 1e6, "GB": 1e9}[unit]
+    assert float(value) * scale == pytest.approx(count, abs=0.0501 * scale)
+
+
+@given(
+    st.lists(st.text(st.characters(categories=["L"]), min_size=1), max_size=9), st.integers(1, 9)
+)
+def test_shortened_names_are_all_accounted_for(names, most):
+    shown = shortened(names, most)
+    head, _, rest = shown.rpartition(" and ")
+    if len(names) > most:
+        assert head.split(", ") == names[:most]
+        assert rest == f"{len(names) - most} more"
+    else:
+        assert shown == ", ".join(names)
+
+
+FIRST = Flight(10, 100, takeoff=20, landing=90)
+SECOND = Flight(200, 300)
+
+
+@pytest.mark.parametrize(
+    ("t", "flights", "told"),
+    [
+        (25, (FIRST,), "5.0 s into the flight"),
+        (12, (FIRST,), "8.0 s before take-off"),
+        (150, (FIRST,), "2 min 30.0 s into the log"),
+        (5, (), "5.0 s into the log"),
+        (25, (FIRST, SECOND), "5.0 s into flight 1"),
+        (205, (FIRST, SECOND), "5.0 s into flight 2"),
+    ],
+)
+def test_a_moment_is_told_from_the_take_off_of_its_flight(t, flights, told):
+    assert into_flight(t, SimpleNamespace(flights=flights)) == told
+
+
+def test_the_flight_that_is_named_counts_and_not_the_one_that_holds_the_time():
+    log = SimpleNamespace(flights=(FIRST, SECOND))
+    assert into_flight(195, log, 1) == "5.0 s before the start of the flight"
+
+
+def test_a_time_of_the_log_has_utc_where_the_clock_knows_it():
+    clock = SimpleNamespace(utc=lambda t: "2024-05-06T07:08:09.123456Z")
+    assert log_time(3, SimpleNamespace(clock=clock)) == "log 3.0 s, 2024-05-06 07:08:09.1 UTC"
+    assert log_time(3, SimpleNamespace(clock=SimpleNamespace(utc=lambda t: None))) == "log 3.0 s"
