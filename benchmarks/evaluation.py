@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.evaluation import Evaluation, evaluate, load_labels, select
-from fdi.evaluation.calibration import reliability
 from fdi.evaluation.curves import Curve, curves, curves_text, sized
 from fdi.evaluation.tables import evaluation_text
 
@@ -41,41 +40,20 @@ def progress(name: str, share: float) -> None:
         print(f"\r{share:4.0%} {name:60.60}", end="", file=sys.stderr)
 
 
-def scored(workers: int, draw: bool) -> str:
-    """Return the tables of `fdi evaluate`, and draw confidence against rightness."""
+def evaluated(workers: int) -> Evaluation:
+    """Return the scores of all labelled flights, each of which must have an analysis."""
     found = evaluate(load_labels(LABELS), workers=workers, progress=progress)
     errors = [f"{one.label.key}: {one.error}" for one in found.scores if one.error]
     if errors:
         raise SystemExit("without an analysis, so nothing is told:\n" + "\n".join(errors))
+    return found
+
+
+def scored(workers: int) -> str:
+    """Return the tables of `fdi evaluate`."""
+    found = evaluated(workers)
     command = "fdi evaluate ../shared/flights/labels.json"
-    text = f"`{command}` printed:\n\n{evaluation_text(found)}"
-    if draw:
-        save(reliability_diagram(found), "reliability.png")
-        text += "\n![Confidence against the share of right accusations](images/reliability.png)\n"
-    return text
-
-
-def reliability_diagram(found: Evaluation) -> Figure:
-    """Draw the share of right accusations, with its interval, against the stated confidence."""
-    plt = pyplot()
-    bins = reliability(found)
-    figure, axis = plt.subplots(figsize=(4.6, 4))
-    axis.plot([0, 1], [0, 1], color="0.7", linewidth=1, label="as stated")
-    for one in bins:
-        low, high = one.right.interval
-        axis.plot([one.mean, one.mean], [low, high], color="tab:blue", linewidth=1)
-        axis.annotate(f"{one.right.of}", (one.mean, high), ha="center", va="bottom", fontsize=7)
-    shares = [one.right.share for one in bins]
-    axis.plot(
-        [one.mean for one in bins],
-        shares,
-        "o",
-        color="tab:blue",
-        label="accusations, 95 % interval",
-    )
-    axis.set(xlim=(0, 1.02), ylim=(0, 1.06), xlabel="stated confidence", ylabel="share right")
-    axis.legend(loc="upper left", fontsize=8)
-    return figure
+    return f"`{command}` printed:\n\n{evaluation_text(found)}"
 
 
 def sizes(workers: int, draw: bool, moments: int) -> str:
@@ -149,7 +127,7 @@ def main() -> int:
     if given.inject:
         text = sizes(given.workers, given.write, given.moments)
     else:
-        text = scored(given.workers, given.write)
+        text = scored(given.workers)
     print(text)
     if given.write:
         put(text, "injection" if given.inject else "evaluation")

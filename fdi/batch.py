@@ -45,6 +45,7 @@ _FINDING: Final = {
     "alarm_s": "double",
     "end_s": "double",
     "confidence": "double",
+    "grounds": {"share": "double", "strength": "double", "exclusive": "bool", "part": "bool"},
     "text": "string",
 }
 _COLUMNS: Final[dict[str, Any]] = {

@@ -154,6 +154,7 @@ def _finding(item: Row) -> Row:
         "alarm_s": item["alarm"]["log_s"],
         "end_s": None if over is None else over["log_s"],
         "confidence": item["confidence"],
+        "grounds": item["grounds"],
         "text": item["evidence"]["text"],
     }
 

@@ -299,6 +299,12 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
             "residuals": list(finding.evidence.residuals),
             "channels": list(finding.evidence.channels),
         },
+        "grounds": {
+            "share": number(finding.grounds.share),
+            "strength": number(finding.grounds.strength),
+            "exclusive": finding.grounds.exclusive,
+            "part": finding.grounds.part,
+        },
         "size": None if finding.size is None else _size(finding.size, analysis.log),
     }
 

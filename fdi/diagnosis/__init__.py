@@ -12,6 +12,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
 - ``weighing.py``: how well a component explains alarms
 - ``passing.py``: which accusations were a passing disturbance
+- ``confidence.py``: how sure an accusation is
 - ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
@@ -26,6 +27,7 @@ from fdi.diagnosis.values import (
     Evidence,
     FaultGrid,
     Finding,
+    Grounds,
     Isolability,
     NotTestable,
     RuledOut,
@@ -39,6 +41,7 @@ __all__ = [
     "Evidence",
     "FaultGrid",
     "Finding",
+    "Grounds",
     "Isolability",
     "NotTestable",
     "RuledOut",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fdi import structure
 from fdi.decision import Alarms
 from fdi.decision.noise import SETTLING_S, airborne_mask
+from fdi.diagnosis.confidence import grounds_of, load_confidence
 from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
@@ -32,6 +33,7 @@ from fdi.diagnosis.values import (
     NotTestable,
     RuledOut,
 )
+from fdi.diagnosis.weighing import concerns
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 from fdi.telemetry import Flight, Signals
@@ -164,7 +166,7 @@ def _explained(
         kept = {run for cause in stay for run in cause.runs}
         causes += [(number, (start, end), cause) for cause in stay]
         effects += [effect for effect in follows if effect.cause.runs[0] in kept]
-    causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].weight, item[2].component))
+    causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].share, item[2].component))
     return causes, effects
 
 
@@ -189,8 +191,7 @@ def _merged(causes: list[Cause]) -> list[Cause]:
             known.component,
             tuple(dict.fromkeys((*known.faults, *cause.faults))),
             tuple(sorted((*known.runs, *cause.runs), key=lambda run: (run.onset, run.row))),
-            known.weight,
-            known.total,
+            known.share,
             known.inseparable,
         )
     return result
@@ -204,6 +205,7 @@ def _finding(
     soon = [run.row for run in cause.runs if run.onset <= onset + WEIGHING_S]
     size = size_of(alarms, cause.component, soon, onset, span)
     shown = evidence(cause, alarms)
+    grounds = grounds_of(cause, concerns(alarms.residuals.bank))
     if size is not None:
         shown = replace(shown, text=f"{shown.text}; {size_in_words(size)}")
     return Finding(
@@ -215,9 +217,10 @@ def _finding(
         onset=onset,
         alarm=min(run.known for run in cause.runs),
         end=None if over >= span[1] else over,
-        confidence=max(0.0, min(1.0, cause.weight / cause.total)) if cause.total > 0 else 0.0,
+        confidence=load_confidence().confidence(grounds),
         inseparable_from=cause.inseparable,
         evidence=shown,
+        grounds=grounds,
         size=size,
     )
 

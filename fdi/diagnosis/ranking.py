@@ -40,13 +40,12 @@ MOST_CAUSES: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """A component that explains runs of an episode."""
+    """A component that explains runs of an episode; ``share``: of the evidence, 0 to 1."""
 
     component: str
     faults: tuple[str, ...]
     runs: tuple[Run, ...]
-    weight: float
-    total: float
+    share: float
     inseparable: tuple[str, ...]
 
 
@@ -132,7 +131,7 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
         if name not in (leading, *bank.components[leading].affects)
         and all(set(bank.faults[row]) & set(weights[name].faults) for row in rows)
     )
-    return Cause(leading, weight.faults, explained, share, 1.0, tied) if explained else None
+    return Cause(leading, weight.faults, explained, share, tied) if explained else None
 
 
 def _is_enough(name: str, weight: Weight, bank: Concerns) -> bool:

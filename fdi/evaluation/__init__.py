@@ -8,6 +8,7 @@ that a figure can be judged: with its interval, beside what a constant answer wo
 - ``score.py``: one analysis against one label
 - ``totals.py``: rates over many flights
 - ``calibration.py``: confidence against rightness
+- ``fitting.py``: which weights make confidence a probability
 - ``tables.py``: the figures as text and as plain values
 - ``run.py``: labels file -> scored flights
 - ``injected_fault.py``: what a channel reads with a known fault

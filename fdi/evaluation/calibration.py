@@ -1,19 +1,21 @@
 """Are accusations given a confidence of 0.8 right in 80 of 100 cases?
 
-In: an evaluation. Out: accusations in bins of confidence, with the share that was right.
+In: confidences, and whether the accusations were right. Out: bins of confidence with the share that
+was right, and two figures: the Brier score and the calibration error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fdi.evaluation.score import EARLY_S, is_right
 from fdi.evaluation.totals import Rate
 
 if TYPE_CHECKING:
+    from fdi.evaluation.labels import Label
     from fdi.evaluation.run import Evaluation
 
 EDGES: Final = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)
@@ -29,8 +31,12 @@ class Bin:
     right: Rate
 
 
-def judged(found: Evaluation) -> Iterator[tuple[float, bool]]:
-    """Yield confidence and rightness of every accusation that counts."""
+Judged = Sequence[tuple[float, bool]]
+"""Confidences, each with whether the accusation was right."""
+
+
+def judged(found: Evaluation) -> Iterator[tuple[Label, Mapping[str, Any], bool]]:
+    """Yield every accusation that counts: its flight, the finding, and whether it is right."""
     for one, row in zip(found.scores, found.rows, strict=True):
         until = one.label.evaluate_until
         true = one.label.onset
@@ -38,12 +44,16 @@ def judged(found: Evaluation) -> Iterator[tuple[float, bool]]:
             if until is not None and finding["onset_s"] > until:
                 continue
             in_time = true is not None and finding["onset_s"] >= true - EARLY_S
-            yield finding["confidence"], in_time and is_right(finding["component"], one.label)
+            yield one.label, finding, in_time and is_right(finding["component"], one.label)
 
 
-def reliability(found: Evaluation) -> tuple[Bin, ...]:
+def stated(found: Evaluation) -> Judged:
+    """Return the confidence and the rightness of every accusation that counts."""
+    return [(finding["confidence"], right) for _, finding, right in judged(found)]
+
+
+def reliability(pairs: Judged) -> tuple[Bin, ...]:
     """Return the bins that hold any accusation."""
-    pairs = list(judged(found))
     bins = []
     for low, high in pairwise(EDGES):
         own = [(c, right) for c, right in pairs if low <= c < high or c == high == EDGES[-1]]
@@ -51,3 +61,30 @@ def reliability(found: Evaluation) -> tuple[Bin, ...]:
             mean = sum(c for c, _ in own) / len(own)
             bins.append(Bin(low, high, mean, Rate(sum(r for _, r in own), len(own))))
     return tuple(bins)
+
+
+def brier(pairs: Judged) -> float | None:
+    """Return the mean squared error of confidences, 0 at best; None of none.
+
+    References
+    ----------
+    Brier, Monthly Weather Review 78 (1950), 1.
+
+    Examples
+    --------
+    >>> round(brier([(0.9, True), (0.6, False)]), 3), brier([(0.5, True), (0.5, False)])
+    (0.185, 0.25)
+    """
+    return sum((c - right) ** 2 for c, right in pairs) / len(pairs) if pairs else None
+
+
+def calibration_error(pairs: Judged) -> float | None:
+    """Return how far the share right lies from the mean confidence, mean over the bins' members.
+
+    Examples
+    --------
+    >>> round(calibration_error([(0.9, True), (0.92, True), (0.6, False), (0.6, True)]), 3)
+    0.095
+    """
+    off = (abs(b.right.hits - b.mean * b.right.of) for b in reliability(pairs))
+    return sum(off) / len(pairs) if pairs else None

@@ -10,7 +10,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from fdi.evaluation.calibration import reliability
+from fdi.evaluation.calibration import (
+    Judged,
+    brier,
+    calibration_error,
+    reliability,
+    stated,
+)
 from fdi.evaluation.run import Evaluation
 from fdi.evaluation.score import Score
 from fdi.evaluation.totals import (
@@ -43,6 +49,7 @@ _HEAD: Final = (
 def evaluation_document(found: Evaluation) -> dict[str, Any]:
     """Return an evaluation as plain values; numbers are finite or null."""
     constant = constant_answer(found.scores)
+    pairs = stated(found)
     return {
         "schema_version": SCHEMA_VERSION,
         "totals": _plain(totals(found.scores)),
@@ -56,8 +63,10 @@ def evaluation_document(found: Evaluation) -> dict[str, Any]:
         },
         "reliability": [
             {"from": b.low, "to": b.high, "mean": b.mean, "right": b.right.hits, "of": b.right.of}
-            for b in reliability(found)
+            for b in reliability(pairs)
         ],
+        "brier": brier(pairs),
+        "calibration_error": calibration_error(pairs),
         "flights": [_flight(one) for one in found.scores],
     }
 
@@ -111,7 +120,7 @@ def evaluation_text(found: Evaluation) -> str:
     constant = constant_answer(found.scores)
     parts = [_table("selection", {"all": found.scores}, constant)]
     parts += [_table(kind, own, constant) for kind, own in groups(found.scores).items()]
-    parts += [_reliability(found), _fates(found.scores), _failures(found.scores)]
+    parts += [reliability_lines(stated(found)), _fates(found.scores), _failures(found.scores)]
     told = ["\n".join(lines) for part in parts if (lines := list(part))]
     if constant is not None:
         told.insert(1, _legend(constant))
@@ -148,14 +157,18 @@ def _shares(value: Totals) -> str:
     return "–" if None in shares else ", ".join(f"{share:.0%}" for share in shares)
 
 
-def _reliability(found: Evaluation) -> Iterator[str]:
-    bins = reliability(found)
-    if bins:
-        yield "| confidence | mean | right | of | share |"
-        yield "| --- | --- | --- | --- | --- |"
+def reliability_lines(pairs: Judged) -> Iterator[str]:
+    """Yield the table of confidence against rightness, and its two figures."""
+    bins = reliability(pairs)
+    if not bins:
+        return
+    yield "| confidence | mean | right | of | share |"
+    yield "| --- | --- | --- | --- | --- |"
     for b in bins:
         share = f"{b.right.hits} | {b.right.of} | {_share(b.right)}"
         yield f"| {b.low:.2f} to {b.high:.2f} | {b.mean:.2f} | {share} |"
+    yield ""
+    yield f"Brier score {brier(pairs):.3f}, calibration error {calibration_error(pairs):.3f}."
 
 
 def _fates(scores: Sequence[Score]) -> Iterator[str]:

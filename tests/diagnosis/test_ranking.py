@@ -54,7 +54,7 @@ def test_component_that_all_alarms_share_is_the_one_accused():
     assert (finding.component, finding.faults) == ("gps", ("GPS.x",))
     assert (finding.onset, finding.alarm, finding.end) == (40.0, 40.0 + CONFIRM_S, 60.0)
     assert finding.inseparable_from == ()
-    assert 0.5 < finding.confidence <= 1
+    assert 0.5 < finding.confidence < 1
     assert found.consequences == ()
 
 
@@ -89,7 +89,7 @@ def test_two_that_cannot_be_told_apart_are_both_named():
     bank = bank_of(model({"baro": ["x"], "gps": ["x"]}))
     (finding,) = answer({0: [(40, 60)]}, bank=bank).findings
     assert (finding.component, finding.inseparable_from) == ("baro", ("gps",))
-    assert 0.4 < finding.confidence < 0.5  # somebody else, unseen, is never ruled out
+    assert 0.4 < finding.grounds.share < 0.5  # somebody else, unseen, is never ruled out
 
 
 def test_component_that_explains_nothing_does_not_win_over_one_that_does():
@@ -281,7 +281,7 @@ def test_findings_are_ordered_and_within_their_flight(raised):
         assert FLIGHT.takeoff <= finding.onset < FLIGHT.impact
         assert finding.onset <= finding.alarm
         assert finding.end is None or finding.onset < finding.end < FLIGHT.impact
-        assert 0 <= finding.confidence <= 1
+        assert 0 < finding.confidence < 1
         assert finding.faults
         assert finding.component not in finding.inseparable_from
     for effect in found.consequences:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fdi.evaluation import Evaluation, Fault, Label, Rate, score, totals
-from fdi.evaluation.calibration import reliability
+from fdi.evaluation.calibration import reliability, stated
 from fdi.evaluation.tables import evaluation_document, evaluation_text
 from fdi.evaluation.totals import constant_answer, groups, totals_of
 
@@ -204,7 +204,7 @@ def test_accusations_are_judged_by_time_and_component_for_their_confidence():
     for one, confidence in zip(findings["findings"], (0.9, 0.6, 0.97, 0.97), strict=True):
         one["confidence"] = confidence
     told = label(GPS, until=50.0)
-    bins = reliability(Evaluation((score(told, findings),), (findings,)))
+    bins = reliability(stated(Evaluation((score(told, findings),), (findings,))))
     assert [(b.low, b.right.hits, b.right.of) for b in bins] == [
         (0.5, 0, 1), (0.9, 1, 1), (0.95, 0, 1)
     ]  # fmt: skip

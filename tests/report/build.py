@@ -13,7 +13,15 @@ from typing import Any
 import numpy as np
 
 from fdi.decision import load_policy
-from fdi.diagnosis import Consequence, Evidence, Finding, NotTestable, RuledOut, diagnose
+from fdi.diagnosis import (
+    Consequence,
+    Evidence,
+    Finding,
+    Grounds,
+    NotTestable,
+    RuledOut,
+    diagnose,
+)
 from fdi.model import load_airframe
 from fdi.report import write_report
 from fdi.residuals import build_bank
@@ -139,7 +147,18 @@ def by_hand() -> dict[str, Any]:
         "verdict": "gps failed first, from 40.0 s.",
         "findings": (
             Finding(
-                1, 0, "gps", ("GPS_RAW_INT.alt",), "step", 40.0, 41.5, 60.0, 0.75, (), evidence
+                1,
+                0,
+                "gps",
+                ("GPS_RAW_INT.alt",),
+                "step",
+                40.0,
+                41.5,
+                60.0,
+                0.75,
+                (),
+                evidence,
+                Grounds(0.9, 3.0, False, True),
             ),
         ),
         "consequences": (
