@@ -164,7 +164,7 @@ def _is_identity(
 
 
 def _spans_time(node: Expression) -> bool:
-    return isinstance(node, Apply) and node.operator in ("der", "slope")
+    return isinstance(node, Apply) and node.operator in ("der", "slope", "still", "recent")
 
 
 def _drawn(variable: Variable, random: np.random.Generator) -> Floats:
