@@ -15,6 +15,7 @@ from fdi.model import Airframe, load_airframe
 from fdi.model.choose import choose_model, is_general
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
+from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
@@ -90,12 +91,7 @@ def analyze(
         observed = airframe.observe(log, repeated=recipe.copies == "kept")
     with watch.stage("derive", 0.4):
         bank = cached_bank(observed, recipe.tests)
-        if not bank.generators:
-            raise ModelError(
-                f"has no residual generator with the telemetry of {log.name}",
-                where=airframe.name,
-                hint="; ".join(observed.warnings[:3]) or "choose another model with --model",
-            )
+    _check_bank(bank, log)
     _check_vehicle(recipe, airframe.name)
     _check_window(window, log)
     with watch.stage("sample", 0.5):
@@ -136,6 +132,15 @@ def _choice(log: Log) -> tuple[str, ...]:
         return ()
     taken = f"system {log.system_id} ({log.vehicle}) was taken, which sent most"
     return (f"there are other vehicles in the log, system {', '.join(others)}: {taken}",)
+
+
+def _check_bank(bank: Bank, log: Log) -> None:
+    if not bank.generators:
+        raise ModelError(
+            f"has no residual generator with the telemetry of {log.name}",
+            where=bank.system.name,
+            hint="; ".join(bank.system.warnings[:3]) or "choose another model with --model",
+        )
 
 
 def _check_vehicle(recipe: Policy, model: str) -> None:

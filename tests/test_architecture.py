@@ -1,5 +1,6 @@
 """The import rules of the house hold, and importing the package stays cheap."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,3 +43,16 @@ def test_import_fdi_does_not_load(heavy: str) -> None:
 def test_import_structure_does_not_load(heavy: str) -> None:
     """Adapters and plots may use these, but only inside the functions that need them."""
     assert heavy not in modules_loaded_by("import fdi.structure")
+
+
+@pytest.mark.parametrize(
+    "room", sorted(ROOT.glob("fdi/**/__init__.py")), ids=lambda p: p.parent.name
+)
+def test_the_page_of_a_room_names_every_file_in_it(room: Path) -> None:
+    """Whoever looks for something reads one docstring, not a folder."""
+    page = room.read_text(encoding="utf-8")
+    files = {path.name for path in room.parent.glob("*.py")} - {"__init__.py"}
+    if room.parent != ROOT / "fdi":
+        assert not {name for name in files if not re.search(rf"\b{name}\b", page)}
+    named = set(re.findall(r"[a-z_]+\.py\b", page))
+    assert named <= files

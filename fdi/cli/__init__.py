@@ -4,7 +4,9 @@ Given the words a person typed; sought the call they mean, such that every mista
 line with the right exit code. Words -> exit code.
 
 - ``main.py``: the entry ``fdi``, and what an exception means to the shell
-- ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``: one command each
+- ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``, ``evaluate.py``, ``batch.py``,
+  ``calibrate.py``, ``inject.py``: one command each
+- ``options.py``: what means the same in several commands
 - ``completion.py``: what a shell offers while a word is typed
 - ``bus_error.py``: what is said when a mapped log is cut short
 - ``output.py``: standard output and error, progress

@@ -5,10 +5,11 @@ sample whether it is triggered, quiet or unknown, and which triggers persist, su
 stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarms``.
 
 - ``alarms.py``: the value of this stage
-- ``policy.py``: the recipe of an analysis, read from YAML (``policies/*.yaml``)
+- ``policy.py``, ``schema.py``: the recipe of an analysis, read from YAML (``policies/*.yaml``)
 - ``recipes.py``: what each way to decide takes from a policy
 - ``noise.py``: centre and spread of a residual in the flight's own calm part
 - ``bounds.py``: how far each residual of a flight may stray
+- ``learned.py``: what healthy flights of one vehicle say about each test
 - ``resampling.py``: other noise of the same kind as a flight's own
 - ``critical.py``: how small the scale of thresholds would have to be for an alarm
 - ``detectors.py``: the ways to decide, one function each

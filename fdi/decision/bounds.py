@@ -124,13 +124,17 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     block = max(3, round(recipe.block_s * signals.rate_hz))
     factor = spread_factors(deviation, spread, airborne_mask(signals), block)
     factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
-    factor = np.where(limit, 1.0, factor)
+    factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
     supports = np.array([equation.supports for equation in equations], bool)
     always = np.array([equation.always for equation in equations], bool)
     stands = _stands(size > tolerance, reference) & ~always
     unfit = np.where(limit | supports, stands, unfit)
+    # where the constant that a statement allows could not be learned, nothing is held against it
+    unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
+    has_constant = (np.nan_to_num(residuals.allowance) > 0).any(axis=1)
+    unfit |= stated & ~limit & has_constant & unlearned
     unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)

@@ -11,7 +11,7 @@ model), else a cause of its own.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -65,11 +65,13 @@ def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], 
     causes: list[Cause] = []
     effects: list[Effect] = []
     remaining = list(found)
+    unexplained: list[Run] = []
     while remaining and len(causes) < MOST_CAUSES:
         cause = _cause(remaining, alarms, bank)
         if cause is None:  # nothing explains its first alarm: the rest may still have a cause
-            remaining = remaining[1:]
+            unexplained.append(remaining.pop(0))
             continue
+        cause = _with_beginning(cause, unexplained, bank)
         causes.append(cause)
         taken = set(cause.runs)
         remaining = [run for run in remaining if run not in taken]
@@ -78,6 +80,14 @@ def explain_episode(alarms: Alarms, found: Sequence[Run]) -> tuple[list[Cause], 
             taken.update(effect.runs)
         remaining = [run for run in remaining if run not in taken]
     return causes, effects
+
+
+def _with_beginning(cause: Cause, before: Sequence[Run], bank: Concerns) -> Cause:
+    """Return the cause with the alarms, too little to accuse by themselves, that it began with."""
+    onset = cause.runs[0].onset
+    mine = {f for f, name in bank.component.items() if name == cause.component} - bank.suspected
+    own = [run for run in before if run.end >= onset and mine.intersection(bank.faults[run.row])]
+    return replace(cause, runs=(*own, *cause.runs))
 
 
 def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None:

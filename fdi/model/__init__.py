@@ -5,12 +5,16 @@ with this telemetry and the faults that they bring, such that every name is defi
 fits.
 YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 
-- ``load.py``, ``yaml.py``, ``repeat.py``, ``schema.py``: from files to definitions
+- ``load.py``, ``yaml.py``, ``repeat.py``, ``schema.py``, ``definitions.py``: from files to
+  definitions
+- ``cache.py``, ``codec.py``: an assembled airframe on disk
 - ``assemble.py``: from definitions to an airframe, all problems reported together
 - ``airframe.py``, ``parts.py``: the values
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
 - ``dimensions.py``: units
 - ``observe.py``, ``system.py``: what holds with one log, part by part, and as a value
+- ``copied.py``: which channels bring nothing, because another one says the same
+- ``world.py``: what is known of the place and day of a flight
 - ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
 - ``placement.py``: which further telemetry would show more
 """

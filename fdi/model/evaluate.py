@@ -35,14 +35,17 @@ def wrap(angle: Floats) -> Floats:
 def _still(t: Column, values: Column) -> Floats:
     """Return for how long, s, a quantity has been exactly the same, record by record.
 
-    A few equal records in a row happen by chance, and count as none.
+    A few equal records in a row happen by chance, and count as none. Until it has moved once it is
+    unknown: what never moves may be connected to nothing.
     """
     with np.errstate(invalid="ignore"):
         moves = np.append(True, values[1:] != values[:-1])  # unknown is not the same
+    known = np.isfinite(values)
+    moved = np.logical_or.accumulate(np.append(False, moves[1:] & known[1:] & known[:-1]))
     place = np.arange(len(values))
     last = np.maximum.accumulate(np.where(moves, place, 0))
     since: Floats = np.where(place - last >= FEW_RECORDS, t - t[last], 0.0)
-    return np.where(np.isfinite(values), since, np.nan)
+    return np.where(known & moved, since, np.nan)
 
 
 def _divide(left: Column, right: Column) -> Column:

@@ -11,6 +11,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``style.py``: what all figures have in common
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
 - ``log_document.py``, ``model_document.py``: what ``fdi info`` and ``fdi structure`` give as JSON
+- ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``words.py``: times, numbers and foreign text as a person reads them
 """

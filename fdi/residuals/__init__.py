@@ -10,6 +10,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
 - ``node.py``, ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
+- ``regress.py``: by what factor one quantity follows another
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``cache.py``: a compiled bank on disk

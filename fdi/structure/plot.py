@@ -10,6 +10,7 @@ pictures have no labels and say so.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -229,6 +230,39 @@ def _along_diagonal(model: Model, block: Part) -> Part:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where a matrix stands in its picture, inches; ``named``: whether labels have room."""
+
+    shape: tuple[int, int]
+    cell: float
+    left: float
+    top: float
+    right: float
+    bottom: float
+    width: float
+    named: bool
+    below: bool
+
+    @property
+    def height(self) -> float:
+        return self.top + self.shape[0] * self.cell + self.bottom
+
+
+def _layout(
+    rows: Sequence[str], columns: Sequence[str], beside: Sequence[str], title: str
+) -> _Layout:
+    # Placed by hand: a layout engine measures every label, seconds where there are hundreds.
+    shape = max(1, len(rows)), max(1, len(columns))
+    named = max(shape) <= MOST_LABELS
+    cell = CELL if named else CELL * MOST_LABELS / max(shape)
+    left, top = (EDGE + _longest(labels) * named for labels in (rows, columns))
+    below = named and shape[0] > MOST_ROWS_BELOW_NAMES
+    right, top, bottom = EDGE + _longest(beside), top + HEAD, FOOT + _longest(columns) * below
+    width = max(left + shape[1] * cell + right, 2 * EDGE + TITLE_LETTER * len(title))
+    return _Layout(shape, cell, left, top, right, bottom, width, named, below)
+
+
 def _matrix(
     entries: Matrix,
     rows: Sequence[str],
@@ -245,76 +279,66 @@ def _matrix(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
 
-    n_rows, n_columns = max(1, len(rows)), max(1, len(columns))
-    named = max(n_rows, n_columns) <= MOST_LABELS
-    cell = CELL if named else CELL * MOST_LABELS / max(n_rows, n_columns)
-    # Placed by hand: a layout engine measures every label, seconds where there are hundreds.
-    left, top = (EDGE + _longest(labels) * named for labels in (rows, columns))
-    below = named and n_rows > MOST_ROWS_BELOW_NAMES
-    right, top, bottom = EDGE + _longest(beside), top + HEAD, FOOT + _longest(columns) * below
-    note = "" if named else "; too large for labels"
-    least = 2 * EDGE + TITLE_LETTER * len(title + note)
-    width = max(left + n_columns * cell + right, least)
-    height = top + n_rows * cell + bottom
+    if max(len(rows), len(columns)) > MOST_LABELS:
+        title += "; too large for labels"
+    layout = _layout(rows, columns, beside, title)
+    width, height, cell = layout.width, layout.height, layout.cell
     figure = Figure(figsize=(width, height), facecolor="white")
     FigureCanvasAgg(figure)
-    axes = figure.add_axes(
-        (left / width, bottom / height, n_columns * cell / width, n_rows * cell / height)
-    )
+    n_rows, n_columns = layout.shape
+    place = (layout.left / width, layout.bottom / height)
+    axes = figure.add_axes((*place, n_columns * cell / width, n_rows * cell / height))
     shown = entries if entries.size else np.zeros((1, 1), dtype=np.int64)
     colours = ListedColormap([PALE, *(colour for _, colour in looks)])
     axes.imshow(
         shown, cmap=colours, vmin=0, vmax=len(looks), interpolation="nearest", aspect="auto"
     )
+    _label_axes(axes, rows, columns, layout)
+    for row, name in enumerate(beside):
+        x, said = n_columns - 0.3, _label(name)
+        axes.text(x, row, said, va="center", fontsize=8, color=FAULT, parse_math=False)
+    _explain(figure, looks, title, layout)
+    return figure, axes
+
+
+def _label_axes(axes: Any, rows: Sequence[str], columns: Sequence[str], layout: _Layout) -> None:
+    """Write the names at the edges of a matrix, and draw lines between its cells."""
+    named = layout.named
     axes.set_xticks(range(len(columns)) if named else [], map(_label, columns) if named else [])
     axes.set_yticks(range(len(rows)) if named else [], map(_label, rows) if named else [])
     axes.tick_params(length=0, labelsize=8, labelcolor=INK)
-    axes.tick_params(labeltop=True, labelbottom=below)
+    axes.tick_params(labeltop=True, labelbottom=layout.below)
     for text in axes.get_xticklabels():
         text.set_rotation(90)
     for text in (*axes.get_xticklabels(), *axes.get_yticklabels()):
         text.set_parse_math(False)
     if named:
+        n_rows, n_columns = layout.shape
         axes.set_xticks(np.arange(-0.5, n_columns), minor=True)
         axes.set_yticks(np.arange(-0.5, n_rows), minor=True)
         axes.grid(which="minor", color="white", linewidth=1.2)
         axes.tick_params(which="minor", length=0)
     for spine in axes.spines.values():
         spine.set_color(FAINT)
-    for row, name in enumerate(beside):
-        axes.text(
-            n_columns - 0.3,
-            row,
-            _label(name),
-            va="center",
-            fontsize=8,
-            color=FAULT,
-            parse_math=False,
-        )
-    handles = [Patch(color=colour, label=text) for text, colour in looks]
-    place = (EDGE / width, EDGE / height)
+
+
+def _explain(figure: Figure, looks: Sequence[tuple[str, str]], title: str, layout: _Layout) -> None:
+    """Write the title and what each colour means."""
+    from matplotlib.patches import Patch
+
+    left, edge = EDGE / layout.width, EDGE / layout.height
     figure.legend(
-        handles=handles,
+        handles=[Patch(color=colour, label=text) for text, colour in looks],
         loc="lower left",
-        bbox_to_anchor=place,
+        bbox_to_anchor=(left, edge),
         bbox_transform=figure.transFigure,
         ncols=3,
         frameon=False,
         fontsize=8,
         borderpad=0,
     )
-    figure.text(
-        EDGE / width,
-        1 - EDGE / height,
-        f"{title}{note}",
-        va="top",
-        fontsize=10,
-        color=INK,
-        parse_math=False,
-    )
-    return figure, axes
+    figure.text(left, 1 - edge, title, va="top", fontsize=10, color=INK, parse_math=False)
 
 
 def _outline(axes: Any, blocks: Sequence[tuple[str, Part]]) -> None:

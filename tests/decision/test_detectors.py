@@ -406,3 +406,12 @@ def test_difference_of_angles_from_their_centre_wraps():
     off = turned.strength[0, -1] * turned.threshold[0, -1]
     assert off == pytest.approx(2 * np.pi - 4.1)
     assert straight.strength[0, -1] * straight.threshold[0, -1] == pytest.approx(4.1)
+
+
+def test_a_statement_whose_constant_could_not_be_learned_is_not_judged():
+    """Without the flight's beginning nothing tells an offset that health allows from a fault."""
+    given_ = residuals(np.full(MINUTE, 3.0), kind=Kind.EQUALITY, allowance=5.0)
+    reference = reference_mask(given_.signals, RECIPE.reference_s)
+    unlearned = np.where(reference, np.nan, given_.values)
+    assert not DEFAULT.decide(given_).unfit.any()
+    assert DEFAULT.decide(replace(given_, values=unlearned)).unfit.all()

@@ -331,3 +331,19 @@ def test_swapped_names_of_components_swap_in_the_answer(one, other):
         assert [f.confidence for f in again.findings] == pytest.approx(
             [f.confidence for f in found.findings]
         )
+
+
+def test_a_cause_began_with_the_alarm_that_only_supports_it():
+    more = "equalities:\n  level: {text: x = 0, supports: true, solves: []}\n"
+    shown = {"gps": ["x"], "baro": ["x"], "radar": ["x"]}
+    bank = bank_of(model(shown, more=more))
+    (level,) = [
+        i
+        for i, g in enumerate(bank.generators)
+        if set(g.faults) == {"GPS.x"} and bank.system.equations[g.residual].name == "level"
+    ]
+    later = pairs("gps", "x", (60, 90), bank=bank)
+    (finding,) = answer({**later, level: [(40, 90)]}, bank=bank).findings
+    assert (finding.component, finding.onset) == ("gps", 40.0)
+    (finding,) = answer({**later, level: [(40, 57)]}, bank=bank).findings
+    assert finding.onset == 60.0

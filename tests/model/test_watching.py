@@ -79,8 +79,18 @@ def test_stillness_counts_from_the_last_change_and_a_few_equal_records_are_none(
     x = np.array([1.0, 2.0, 2.0, 2.0, *[3.0] * 14, np.nan, 3.0])
     still = evaluate(parse("still(x)"), {TIME: t, "x": x})
     assert np.isnan(still[18])
-    assert (still[:4] == 0).all()
+    assert (still[1:4] == 0).all()
     begins = 4 + FEW_RECORDS
     assert (still[4:begins] == 0).all()
     assert still[begins:18].tolist() == (t[begins:18] - t[4]).tolist()
     assert still[19] == 0  # unknown in between is not the same
+
+
+def test_stillness_is_unknown_until_the_quantity_has_moved():
+    """An output that is connected to nothing never moves; nor does unknown make a movement."""
+    t = np.arange(20) / 2
+    x = np.array([np.nan, *[5.0] * 9, *[6.0] * 10])
+    still = evaluate(parse("still(x)"), {TIME: t, "x": x})
+    assert np.isnan(still[:10]).all()
+    assert still[10] == 0
+    assert still[19] == 4.5
