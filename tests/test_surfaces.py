@@ -28,7 +28,9 @@ SURFACES = shared(
     ),
 )
 ENGINES = shared(PLANE.format("p21_engine_x0.5"), "sitl/long/l32_plane_engine_x0.5.tlog")
-TAKEN = shared(*(ALFA.format(f"engine_failure_{n}") for n in (6, 7, 8, 9)))
+TAKEN = shared(
+    *(ALFA.format(f"engine_failure_{n}") for n in (3, 6, 7, 8, 9)), ALFA.format("engine_failure")
+)
 SENSORS = shared(PLANE.format("p11_pitot_blocked"), PLANE.format("p17_airspeed_zero"))
 
 

@@ -161,7 +161,7 @@ def _explained(
         stay = [
             cause
             for cause in _merged(own)
-            if not has_passed(cause, end, bank) and not is_marginal(cause, bank)
+            if not has_passed(cause, end, alarms) and not is_marginal(cause, bank)
         ]
         kept = {run for cause in stay for run in cause.runs}
         causes += [(number, (start, end), cause) for cause in stay]

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from fdi.decision import Alarms
+from fdi.decision.alarms import QUIET
 from fdi.diagnosis.ranking import Cause
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
@@ -29,7 +31,7 @@ by about as much; of the right accusations on labelled flights that rest on test
 weakest reached 1.5."""
 
 
-def has_passed(cause: Cause, end: float, bank: Bank) -> bool:
+def has_passed(cause: Cause, end: float, alarms: Alarms) -> bool:
     """Return whether the alarms of a cause were passing.
 
     Parameters
@@ -37,15 +39,20 @@ def has_passed(cause: Cause, end: float, bank: Bank) -> bool:
     cause : Cause
     end : float
         s, of what counts of the flight.
-    bank : Bank
-        Whose generators the runs' rows are.
+    alarms : Alarms
+        Of which the runs are: a test that is unknown after its alarm does not say that it is over.
     """
+    bank = alarms.residuals.bank
     tests = {bank.generators[run.row].residual for run in cause.runs}
     if len(tests) > MOST_TESTS or any(sees_changes_only(run.row, bank) for run in cause.runs):
         return False
     over = max(run.end for run in cause.runs)
     longest = max(run.end - run.onset for run in cause.runs)
-    return longest < PASSING_S and end - over >= QUIET_S
+    rows = sorted({run.row for run in cause.runs})
+    after = (alarms.residuals.t >= over) & (alarms.residuals.t < end)
+    quiet = (alarms.state[rows][:, after] == QUIET).any(axis=0)
+    quiet_s = quiet.sum() / alarms.residuals.signals.rate_hz
+    return bool(longest < PASSING_S and quiet_s >= QUIET_S)
 
 
 def is_marginal(cause: Cause, bank: Bank) -> bool:

@@ -94,44 +94,65 @@ def _cause(found: Sequence[Run], alarms: Alarms, bank: Concerns) -> Cause | None
     onset = found[0].onset
     early = [run for run in found if run.onset <= onset + SIMULTANEOUS_S]
     soon = [run for run in found if run.onset <= onset + WEIGHING_S]
-    # What disturbs a candidate and shows itself soon after may have been seen later only because
-    # its tests are less sensitive.
-    pool = {name for run in early for name in bank.of(run.row)}
-    around = {name for run in soon for name in bank.of(run.row)}
-    pool |= {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)}
-    weights = {name: weigh(name, early, soon, alarms, bank) for name in sorted(pool)}
-    able = [name for name in sorted(pool) if _is_enough(name, weights[name], bank)]
-    parts = [name for name in able if not bank.components[name].computed]
-    able = parts if any(weights[name].score > 0 for name in parts) else able
-    if not able:
+    pool = _candidates(early, soon, bank)
+    weights = {name: weigh(name, early, soon, alarms, bank) for name in pool}
+    scores = _accusable(weights, bank)
+    if max(scores.values(), default=0.0) <= 0:
         return None
-    top = max(weights[name].score for name in able)
-    if top <= 0:
-        return None
-    close = [name for name in able if weights[name].score >= top - TIE]
-    leading = min(close, key=lambda name: (*_precedence(name, close, bank), -weights[name].score))
-    # what disturbs it, and explains nearly as much, comes first
-    upstream = [
-        name
-        for name in able
-        if leading in bank.components[name].affects
-        and name not in bank.components[leading].affects
-        and weights[name].score >= UPSTREAM * top
-    ]
-    if upstream:
-        leading = max(upstream, key=lambda name: (weights[name].score, -bank.order[name]))
+    leading = _leading(scores, bank)
     weight = weights[leading]
     explained = tuple(run for run in found if set(bank.faults[run.row]) & set(weight.faults))
-    scores = np.array([weights[name].score for name in able])
-    share = float(1.0 / (np.exp(scores - weight.score).sum() + np.exp(-weight.score)))
-    rows = {run.row for run in soon if set(bank.faults[run.row]) & set(weight.faults)}
-    tied = tuple(
+    if not explained:
+        return None
+    others = np.array(list(scores.values()))
+    share = float(1.0 / (np.exp(others - weight.score).sum() + np.exp(-weight.score)))
+    return Cause(leading, weight.faults, explained, share, _tied(leading, weights, soon, bank))
+
+
+def _candidates(early: Sequence[Run], soon: Sequence[Run], bank: Concerns) -> list[str]:
+    """Return whom the early alarms concern, and what disturbs one of them and shows itself soon.
+
+    That may have been seen later only because its tests are less sensitive.
+    """
+    pool = {name for run in early for name in bank.of(run.row)}
+    around = {name for run in soon for name in bank.of(run.row)}
+    return sorted(pool | {n for n in around if any(_only_disturbs(n, m, bank) for m in pool)})
+
+
+def _accusable(weights: Mapping[str, Weight], bank: Concerns) -> dict[str, float]:
+    """Return the scores of those that may be accused: what has parts that break, if it explains."""
+    able = {n: weight.score for n, weight in weights.items() if _is_enough(n, weight, bank)}
+    parts = {n: score for n, score in able.items() if not bank.components[n].computed}
+    return parts if any(score > 0 for score in parts.values()) else able
+
+
+def _leading(scores: Mapping[str, float], bank: Concerns) -> str:
+    """Return the heaviest, or what disturbs it and explains as much, or nearly as much."""
+    top = max(scores.values())
+    close = [name for name, score in scores.items() if score >= top - TIE]
+    leading = min(close, key=lambda name: (*_precedence(name, close, bank), -scores[name]))
+    upstream = [
         name
-        for name in sorted(pool)
+        for name, score in scores.items()
+        if leading in bank.components[name].affects
+        and name not in bank.components[leading].affects
+        and score >= UPSTREAM * top
+    ]
+    return max(upstream, key=lambda name: (scores[name], -bank.order[name]), default=leading)
+
+
+def _tied(
+    leading: str, weights: Mapping[str, Weight], soon: Sequence[Run], bank: Concerns
+) -> tuple[str, ...]:
+    """Return the others that explain every alarm that the leading one explains."""
+    own = set(weights[leading].faults)
+    rows = {run.row for run in soon if own.intersection(bank.faults[run.row])}
+    return tuple(
+        name
+        for name, weight in weights.items()
         if name not in (leading, *bank.components[leading].affects)
-        and all(set(bank.faults[row]) & set(weights[name].faults) for row in rows)
+        and all(set(bank.faults[row]).intersection(weight.faults) for row in rows)
     )
-    return Cause(leading, weight.faults, explained, share, tied) if explained else None
 
 
 def _is_enough(name: str, weight: Weight, bank: Concerns) -> bool:

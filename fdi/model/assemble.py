@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from fdi.errors import FdiError, ModelError
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
 
 STILL: Final = ":still"
+RECENT: Final = ":recent"
 """Behind a field: not its value, but how long it has not changed, s."""
 
 
@@ -305,7 +306,7 @@ def _message(
         part = ("fields", field_name)
         with draft.reporting(definition, *part):
             separator = "/" if name.isdigit() else "."
-            bare = field_name.removesuffix(STILL)
+            bare = field_name.removesuffix(STILL).removesuffix(RECENT)
             channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
                 raise ModelError(f"unknown symbol {item.variable!r}")
@@ -317,7 +318,8 @@ def _message(
                 continue
             made = _measurement(channel, entry, item, trusted, unit)
             if bare != field_name:
-                yield _stillness(made, item.variable, made.accuracy)
+                is_still = field_name.endswith(STILL)
+                yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)
                 continue
             yield made
             if item.freeze is not None:
@@ -358,6 +360,16 @@ def _stillness(of: Measurement, variable: str, accuracy: float | None = None) ->
         raw=of.raw,
         trusted=True,
         stillness=True,
+    )
+
+
+def _recent(of: Measurement) -> Measurement:
+    """Return the mean of a channel over its last seconds as an input."""
+    return replace(
+        of,
+        channel=Channel(of.channel.message, of.channel.field + RECENT, of.channel.instance),
+        value=Apply("recent", (of.value or Symbol(of.channel.field),)),
+        trusted=True,
     )
 
 

@@ -128,8 +128,8 @@ def _combine(
     if operator in ("+", "-", "min", "max", "<", "<=", ">", ">=", "==", "!="):
         common = _common(arguments, inner)
         return NUMBER if is_logical(Apply(operator, arguments)) else common
-    if operator == "still":
-        raise ModelError("still(x) is for the value of a measured field")
+    if operator in ("still", "recent"):
+        raise ModelError(f"{operator}(x) is for the value of a measured field")
     if operator in ("abs", "wrap"):
         return first
     if operator in ("and", "or", "not", "sign", "bit"):

@@ -25,6 +25,8 @@ Column = NDArray[Any]
 
 
 FEW_RECORDS: Final = 6
+RECENT_S: Final = 3.0
+"""The last seconds: longer than a command needs to change, shorter than a vehicle takes to."""
 
 
 def wrap(angle: Floats) -> Floats:
@@ -46,6 +48,20 @@ def _still(t: Column, values: Column) -> Floats:
     last = np.maximum.accumulate(np.where(moves, place, 0))
     since: Floats = np.where(place - last >= FEW_RECORDS, t - t[last], 0.0)
     return np.where(known & moved, since, np.nan)
+
+
+def _recent(t: Column, values: Column) -> Floats:
+    """Return the mean over the records of the last seconds, this one included; record by record.
+
+    Unknown records do not count; without so many seconds of records before it, it is unknown.
+    """
+    known = np.isfinite(values)
+    total = np.append(0.0, np.cumsum(np.where(known, values, 0.0)))
+    number = np.append(0, np.cumsum(known))
+    first = np.searchsorted(t, t - RECENT_S, side="right")
+    last = np.arange(1, len(t) + 1)
+    mean: Floats = _divide(total[last] - total[first], number[last] - number[first])
+    return np.where(known & (t - t[:1] >= RECENT_S), mean, np.nan)
 
 
 def _divide(left: Column, right: Column) -> Column:
@@ -192,6 +208,8 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
             raise KeyError(windowed)
         case Apply("still", (argument,)):
             return _still(columns[TIME], _evaluate(argument, columns, real_part))
+        case Apply("recent", (argument,)):
+            return _recent(columns[TIME], _evaluate(argument, columns, real_part))
         case Apply(operator, arguments):
             values = [_evaluate(argument, columns, real_part) for argument in arguments]
             if real_part and operator == "sqrt":

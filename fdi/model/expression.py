@@ -64,6 +64,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "der": (1, 1),
     "slope": (2, 6),
     "still": (1, 1),
+    "recent": (1, 1),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
 

@@ -37,6 +37,13 @@ def test_short_alarm_of_one_test_is_passing_if_the_flight_goes_on(interval, last
     assert bool(accused(*interval)) == lasts
 
 
+def test_short_alarm_of_a_test_that_is_unknown_from_then_on_is_not():
+    """Unknown does not exonerate: nothing says that it is over."""
+    assert accused(40, 44, unknown={ONLY: [(44, 100)]})
+    assert accused(40, 44, unknown={ONLY: [(44, 91)]})
+    assert not accused(40, 44, unknown={ONLY: [(44, 89)]})
+
+
 def test_short_alarm_of_three_tests_is_not():
     bank = bank_of(model({"gps": ["x"], "baro": ["x"], "radar": ["x"], "sun": ["x"]}))
     rows = [i for i, g in enumerate(bank.generators) if "GPS.x" in g.faults]

@@ -94,3 +94,44 @@ def test_stillness_is_unknown_until_the_quantity_has_moved():
     assert np.isnan(still[:10]).all()
     assert still[10] == 0
     assert still[19] == 4.5
+
+
+def test_recent_is_the_mean_of_the_last_seconds_and_unknown_before_them():
+    t = np.arange(20) / 2
+    x = np.array([*[4.0] * 10, *[1.0] * 10])
+    recent = evaluate(parse("recent(x)"), {TIME: t, "x": x})
+    seconds = 3.0
+    assert np.isnan(recent[t < seconds]).all()
+    assert (recent[(t >= seconds) & (t < 5)] == 4.0).all()
+    assert recent[10] == pytest.approx((5 * 4.0 + 1.0) / 6)
+    assert (recent[t >= 5 - 0.5 + seconds] == 1.0).all()
+
+
+def test_recent_leaves_unknown_records_out():
+    t = np.arange(20) / 2
+    x = np.where(np.arange(20) % 2, np.nan, 3.0)
+    recent = evaluate(parse("recent(x)"), {TIME: t, "x": x})
+    assert np.isnan(recent[1::2]).all()
+    assert (recent[6::2] == 3.0).all()
+
+
+def test_recent_is_an_input_beside_the_field_itself(tmp_path):
+    text = """format: 1
+name: small
+variables: {v: {unit: m/s}, v_recent: {unit: m/s}, w: {unit: m/s}}
+equations: {e: {text: "v = v_recent", solves: [], fault: changed}}
+inputs:
+  VFR_HUD:
+    fields:
+      airspeed: {variable: v, accuracy: 1 m/s}
+      "airspeed:recent": {variable: v_recent, accuracy: 1 m/s}
+measurements:
+  VFR_HUD: {fields: {groundspeed: {variable: w, accuracy: 1 m/s}}}
+equalities: {f: {text: "w = v", solves: []}}
+"""
+    path = tmp_path / "small.yaml"
+    path.write_text(text, encoding="utf-8")
+    shown = {str(m.channel): m for m in load_airframe(path).measurements}
+    assert shown["VFR_HUD.airspeed:recent"].trusted
+    assert shown["VFR_HUD.airspeed:recent"].variable == "v_recent"
+    assert not shown["VFR_HUD.airspeed:recent"].stillness

@@ -1,0 +1,67 @@
+"""What README and docs tell people to type works: commands, options, models, Python."""
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+from fdi.cli.main import fdi as group
+from fdi.model import load_airframe
+from fdi.model.repeat import repeated
+from fdi.model.yaml import parse_document
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+NAMES = "|".join(group.commands)
+COMMAND = re.compile(rf"(?:^|`|\s)(?:\.venv/bin/)?fdi ((?:{NAMES})\b[^`#\n]*)")
+
+
+def calls():
+    """Every call of a command on a page, and the example that its help ends with."""
+    for name, command in group.commands.items():
+        found = COMMAND.search(f" {command.epilog}")
+        yield pytest.param(found[1], id=f"{name} --help")
+    for page in PAGES:
+        for line in page.read_text(encoding="utf-8").splitlines():
+            for found in COMMAND.findall(line):
+                yield pytest.param(
+                    found.strip().rstrip(".,;:)"), id=f"{page.name}: {found.strip()}"
+                )
+
+
+def blocks(language):
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for number, block in enumerate(re.findall(rf"```{language}\n(.*?)```", text, re.S), 1):
+            yield pytest.param(block, id=f"{page.name}-{number}")
+
+
+@pytest.mark.parametrize("call", list(calls()))
+def test_options_on_a_page_are_those_of_the_command(call):
+    name, *words = shlex.split(call, posix=True) if call.count("'") % 2 == 0 else call.split()
+    command = group.commands[name]
+    known = {option for p in command.params if isinstance(p, click.Option) for option in p.opts}
+    asked = {word.partition("=")[0] for word in words if word.startswith("--")}
+    assert asked <= known | {"--help"}
+
+
+@pytest.mark.parametrize("block", list(blocks("yaml")))
+def test_models_on_a_page_are_models_or_parts_of_one(block, tmp_path):
+    tree = repeated(parse_document(block, "page")).tree
+    if "format" in tree:
+        path = tmp_path / "page.yaml"
+        path.write_text(block, encoding="utf-8")
+        assert load_airframe(path).equations
+    else:
+        assert set(tree) <= {"components", "variables", "equations", "inputs", "measurements"}
+
+
+def test_python_in_the_readme_runs(monkeypatch, tmp_path, capsys):
+    (block,) = [b.values[0] for b in blocks("python") if "fdi.analyze" in b.values[0]]
+    monkeypatch.chdir(ROOT)
+    code = block.replace('"crash.fdi"', repr(str(tmp_path / "crash.fdi")))
+    exec(compile(code, "README.md", "exec"), {})  # noqa: S102 - our own page
+    assert "motor" in capsys.readouterr().out
+    assert (tmp_path / "crash.fdi" / "report.html").is_file()
