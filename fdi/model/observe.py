@@ -11,8 +11,9 @@ The trap for a maintainer: inside a measurement equation the channel's value is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
 from math import isclose, nan
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,11 @@ from fdi.model.parts import (
 from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
 from fdi.model.world import world_value
 from fdi.telemetry import Log, Request
+
+_STATED: Final = tuple(
+    field.name for field in fields(Equation) if field.name in SystemEquation.__dataclass_fields__
+)
+"""What the model says of an equation and every system hands on."""
 
 
 def usable(
@@ -181,29 +187,12 @@ def relation_equation(equation: Equation, variables: Mapping[str, Variable]) -> 
     names = dict.fromkeys((*symbols(equation.left), *symbols(equation.right)))
     unknowns = [name for name in names if name in variables]
     return SystemEquation(
-        equation.name,
-        equation.kind,
-        equation.left,
-        equation.right,
-        {name: _edge(equation, name, variables[name]) for name in unknowns},
+        **{name: getattr(equation, name) for name in _STATED},
+        edges={name: _edge(equation, name, variables[name]) for name in unknowns},
         circular=any(
             isinstance(side, Symbol) and side.name in variables and variables[side.name].circular
             for side in (equation.left, equation.right)
         ),
-        when=equation.when,
-        cost=equation.cost,
-        fault=equation.fault,
-        component=equation.component,
-        tolerance=equation.tolerance,
-        window=equation.window,
-        offset=equation.offset,
-        side=equation.side,
-        scale=equation.scale,
-        supports=equation.supports,
-        always=equation.always,
-        unit=equation.unit,
-        suspects=equation.suspects,
-        text=equation.text,
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ MOST_KEPT: Final = 1 << 18
 """Values of a column that is kept once it is decoded; of logs of gigabytes few fit into memory."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Column:
+class Column(NamedTuple):
     """How one field is read.
 
     Attributes
@@ -202,7 +201,7 @@ class Message:
 
     def with_conversion(self, name: str, conversion: Conversion) -> Message:
         """Return the same message with another meaning of one field's values."""
-        changed = replace(self._column(name), conversion=conversion)
+        changed = self._column(name)._replace(conversion=conversion)
         return replace(self, columns={**self.columns, name: changed}, _cache={})
 
     def forget(self) -> None:

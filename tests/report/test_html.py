@@ -84,6 +84,11 @@ def test_the_page_tells_everything_the_analysis_knows(analysis: Analysis) -> Non
         assert expected in told, expected
 
 
+def test_confidence_is_told_with_what_it_rests_on(analysis: Analysis) -> None:
+    said = "75 %: 90 % of the evidence, first alarms of up to 3 times the threshold, no test that"
+    assert said in page(analysis)
+
+
 def test_a_quiet_page_has_no_findings(tmp_path: Path) -> None:
     told = page(small_analysis(tmp_path, **NOTHING))
     assert 'id="findings"' not in told

@@ -17,12 +17,11 @@ pytest.importorskip("numba")
 def walked(data: bytes, fast: str, monkeypatch) -> tuple[object, ...]:
     monkeypatch.setenv("FDI_FAST", fast)
     walk = Walk.over(np.frombuffer(data, np.uint8))
-    assert (walk.room is not None) == (fast == "1")
+    assert (walk.kernel is not None) == (fast == "1")
     walk.part(16, len(data))
     found = [
         (at, number, stamp if walk.stamp_at[number] else 0)
-        for run in walk.found
-        for at, number, stamp in zip(*(column.tolist() for column in run), strict=True)
+        for at, number, stamp in zip(*(x.tolist() for x in walk.found.messages), strict=True)
     ]
     return found, walk.others, walk.lost, walk.unknown, walk.cut, walk.sizes
 
@@ -50,9 +49,9 @@ def test_machine_code_finds_what_numpy_finds(seed, monkeypatch):
     assert walked(data, "1", monkeypatch) == walked(data, "0", monkeypatch)
 
 
-def test_messages_end_with_the_room_of_the_machine_code(monkeypatch):
-    """More messages than it finds at once."""
-    monkeypatch.setattr("fdi.telemetry.formats.ulog_walk._BYTES", 400)
+def test_room_for_messages_grows(monkeypatch):
+    """More messages than there is room for at first."""
+    monkeypatch.setattr("fdi.telemetry.formats.ulog_walk._BYTES", 1000)
     data = build.small(1000)
     found = walked(data, "1", monkeypatch)[0]
     assert len(found) == 3100
@@ -79,8 +78,7 @@ def test_machine_code_decodes_what_numpy_decodes(seed, monkeypatch, load):
 @pytest.mark.parametrize("fast", ["0", "1"])
 def test_records_are_copied_part_by_part_of_the_file(fast, monkeypatch):
     monkeypatch.setenv("FDI_FAST", fast)
-    monkeypatch.setattr("fdi.telemetry.formats.ulog_columns._PART", 10_000)
-    data = np.frombuffer(build.small(20_000), np.uint8)  # of several parts of the machine code, too
+    data = np.frombuffer(build.small(20_000), np.uint8)  # of several parts of the machine code
     topics = [Places(one.layout, one.at) for one in find_records(data, [(16, data.size)]).rows]
     store = Store(data, topics)
     for number, (layout, at) in enumerate(topics):

@@ -156,7 +156,7 @@ def walk_messages(
     word: NDArray[np.uint16],
     long: NDArray[np.uint64],
     part: tuple[int, int],
-    tables: tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]],
+    tables: tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.uint16]],
     places: tuple[NDArray[np.int64], NDArray[np.uint16], NDArray[np.uint64]],
 ) -> tuple[int, int]:
     """Return how many data messages of a ULog follow each other, and where they end.
@@ -170,7 +170,7 @@ def walk_messages(
         `ulog_walk.words` of the data.
     part : (int, int)
         First byte, and the byte behind the part of the file.
-    tables : (65536,) int32 each
+    tables : (65536,) uint16 each
         By message id: smallest and largest size, place of the stamp in a message.
     places : (m,) each
         Where first bytes, ids and stamps of the messages are put.

@@ -233,8 +233,8 @@ def _with_silence(message: Message, silence: _Silence | None, known: Messages) -
     kept = np.concatenate((message.kept, old + np.arange(rows.size)))[order]
     stamp = np.concatenate((message.stamp, beside.stamp[beside.kept[rows]]))
     columns = {
-        name: replace(
-            column, load=partial(_followed, column.load, silence.fields.get(name), rows.size)
+        name: column._replace(
+            load=partial(_followed, column.load, silence.fields.get(name), rows.size)
         )
         for name, column in message.columns.items()
     }
@@ -267,7 +267,9 @@ def _find(
     conditions = tuple(c for c in wanted.conditions if _is_there(c.read, known))
     messages |= {c.read.key: known[c.read.key] for c in conditions}
     home = next((messages[read.key] for read in wanted.reads), base)
-    return _Found(replace(wanted, conditions=conditions), home, messages, latest)
+    if len(conditions) < len(wanted.conditions):
+        wanted = replace(wanted, conditions=conditions)
+    return _Found(wanted, home, messages, latest)
 
 
 def _is_there(read: Read, known: Messages) -> bool:

@@ -4,14 +4,14 @@ In: where the records of each topic begin in the file. Out: a column per field, 
 asked for.
 
 All fields of a record lie in one or two cache lines, and fetching these is what costs time: so the
-records of a topic are copied together and kept for the next field. Once some topics were asked for,
-those of all the others are copied in one go through the file. Topics too large to be kept (in logs
-of gigabytes) are read field by field.
+records of a topic are copied together and kept for the next field. Machine code copies those of all
+topics in one go once some of them were asked for. Topics too large to be kept (in logs of
+gigabytes) are read field by field.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
@@ -27,8 +27,7 @@ Ints = NDArray[np.int64]
 Block = NDArray[np.void]
 
 _KEPT_BYTES: Final = 64 << 20  # of records
-_SEVERAL: Final = 8  # who asked for an eighth of a log wants all of it
-_PART: Final = 4 << 20  # bytes of the file that stay in the cache
+_SEVERAL: Final = 16  # reading a log needs a thirtieth of it; who asks for a sixteenth wants half
 
 
 class Places(NamedTuple):
@@ -55,71 +54,55 @@ class Store:
     topics: Sequence[Places]
     kept: dict[int, Block] = field(default_factory=dict)  # records by topic
     kept_size: int = 0  # bytes of them
-    is_small: bool = field(init=False)
-    # for all records of a small log: many small pieces of memory cost twice the time to fill
-    room: Bytes = field(init=False)
-    stops: Ints = field(init=False)  # of the topics in there
+    total: int = field(init=False)  # bytes of all records
 
     def __post_init__(self) -> None:
-        self.stops = np.cumsum([one.size for one in self.topics])
-        total = int(self.stops[-1])
-        self.is_small = total <= _KEPT_BYTES
-        self.room = np.empty(total if self.is_small else 0, np.uint8)
+        self.total = sum(one.size for one in self.topics)
 
     def load(self, topic: int, wanted: Field) -> NDArray[Any]:
         """Return the raw values of a field of the topic with a number, (n,); texts as `str`."""
         if topic not in self.kept and self.topics[topic].size <= _KEPT_BYTES:
-            (self.copy if self.is_small else self.exchange)(topic)
+            self.copy(topic)
         values: NDArray[Any]
         if topic in self.kept:
             values = self.kept[topic][wanted.name]
-            values = values if self.is_small else values.copy()
+            values = values if self.total <= _KEPT_BYTES else values.copy()
         else:
             at, width = self.topics[topic].at + wanted.offset, np.dtype(wanted.dtype).itemsize
             values = gather(self.data, at, width).view(wanted.dtype).reshape(-1)
-        return texts(values) if wanted.is_text else values
+        return texts(values) if values.dtype.kind == "S" else values
 
-    def exchange(self, topic: int) -> None:
-        """Copy the records of a topic, and let go of those that were copied longest ago."""
+    def copy(self, topic: int) -> None:
+        """Copy the records of a topic, and of all others once it seems that all are wanted."""
+        kernel = compiled(copy_records, self.data.size)
+        wants_all = self.total <= _KEPT_BYTES and self.kept_size * _SEVERAL > self.total
+        if kernel is not None and wants_all:
+            self.copy_others(kernel)
+            return
         layout, at = self.topics[topic]
         self.keep(topic, gather(self.data, at, layout.size).reshape(-1))
         while self.kept_size > _KEPT_BYTES:
             self.kept_size -= self.kept.pop(next(iter(self.kept))).nbytes
 
-    def copy(self, topic: int) -> None:
-        """Copy the records of a topic, and of all others once it seems that all are wanted."""
-        wanted = [topic]
-        if self.kept_size * _SEVERAL > self.room.size:
-            wanted = [one for one in range(len(self.topics)) if one not in self.kept]
+    def copy_others(self, kernel: Callable[..., None]) -> None:
+        """Copy the records of all topics that are not kept, by machine code."""
+        wanted = [one for one in range(len(self.topics)) if one not in self.kept]
         topics = [self.topics[one] for one in wanted]
         at = np.concatenate([one.at for one in topics])
         counts = np.array([one.at.size for one in topics])
         sizes = np.array([one.layout.size for one in topics])
-        first = self.stops[wanted] - counts * sizes
-        copy = compiled(copy_records, self.data.size) or _copy_records
-        copy(self.data, at, (np.cumsum(counts), sizes, first), self.room)
-        for one, low in zip(wanted, first.tolist(), strict=True):
-            self.keep(one, self.room[low : self.stops[one]])
+        ends = np.cumsum(counts * sizes)
+        # one piece of memory: many small ones cost twice the time to fill
+        blocks = np.empty(ends[-1], np.uint8)
+        kernel(self.data, at, (np.cumsum(counts), sizes, ends - counts * sizes), blocks)
+        for one, records in zip(wanted, np.split(blocks, ends[:-1]), strict=True):
+            self.keep(one, records)
 
     def keep(self, topic: int, records: Bytes) -> None:
         """Keep the records of a topic, one after the other."""
         layout, at = self.topics[topic]
         self.kept[topic] = np.ndarray(at.shape, _record(layout), records)
         self.kept_size += records.size
-
-
-def _copy_records(data: Bytes, at: Ints, topics: tuple[Ints, Ints, Ints], blocks: Bytes) -> None:
-    """Copy the records of several topics, as `compiled.copy_records` does."""
-    stops, sizes, first = (column.tolist() for column in topics)
-    starts = [0, *stops[:-1]]
-    for end in range(_PART, data.size + _PART, _PART):
-        for k, (row, stop, size) in enumerate(zip(starts, stops, sizes, strict=True)):
-            count = int(np.searchsorted(at[row:stop], end))
-            if count:
-                rows = gather(data, at[row : row + count], size)
-                blocks[first[k] : first[k] + rows.size] = rows.reshape(-1)
-                starts[k] += count
-                first[k] += rows.size
 
 
 def _record(layout: Layout) -> np.dtype[np.void]:

@@ -116,8 +116,10 @@ def _worth(topic: Stamped) -> int:
     A step of nothing, as of records that were written twice, tells nothing.
     """
     forward = int(np.count_nonzero(topic.stamp[1:] > topic.stamp[:-1]))
-    moving = int(np.count_nonzero(topic.stamp[1:] != topic.stamp[:-1]))
-    return forward if forward >= _ASCENDING * moving else 0
+    if forward < _ASCENDING * topic.stamp.size:  # else there is no need to look for the others
+        moving = int(np.count_nonzero(topic.stamp[1:] != topic.stamp[:-1]))
+        return forward if forward >= _ASCENDING * moving else 0
+    return forward
 
 
 @dataclass(frozen=True, slots=True, eq=False)

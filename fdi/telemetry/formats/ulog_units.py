@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final
 
 import numpy as np
 
@@ -17,8 +16,6 @@ from fdi.telemetry.catalogue import data_table
 from fdi.units import Conversion, si
 
 Release = tuple[int, int]
-
-NEWEST: Final[Release] = (255, 255)
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,13 +42,14 @@ from fdi.telemetry.formats.ulog_definitions import (
 )
 
 Ints = NDArray[np.int64]
+Sizes = NDArray[np.uint16]
 
 _DATA: Final = ord("D")
-_NEVER: Final = 1 << 20  # larger than any message: the id is not subscribed
+_NEVER: Final = 0xFFFF, 0  # at least and at most so many bytes: the id is not subscribed
 _WINDOW: Final = range(1 << 13, 1 << 20)  # bytes looked at at once: after a definition, at most
 _SEARCH: Final = range(1 << 10, 1 << 20)
-_BYTES: Final = 32  # of a message, usually more: so the machine code has room for all at once
-_SMALLEST: Final = np.array([SIZES.get(k, range(_NEVER, 0)).start for k in range(256)])
+_BYTES: Final = 32  # of a message, usually more: so there is room for all of them
+_SMALLEST: Final = np.array([SIZES.get(k, range(1)).start for k in range(256)])
 _LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
 _MOST_FIELDS: Final = 50_000  # of all topics; logs have 4,000. What is beyond counts as undefined
@@ -67,16 +68,42 @@ class Run(NamedTuple):
         return Run(self.at[low:high], self.number[low:high], self.stamp[low:high])
 
 
-def no_messages(room: int = 0) -> Run:
-    """Return columns without contents, for so many messages."""
-    return Run(np.empty(room, np.int64), np.empty(room, np.uint16), np.empty(room, np.uint64))
+@dataclass(slots=True, eq=False)
+class Found:
+    """The data messages found so far, and room for more behind them."""
 
+    rows: Run
+    size: int = 0
 
-def joined(runs: list[Run]) -> Run:
-    """Return the messages of several runs."""
-    if len(runs) == 1:
-        return runs[0]
-    return Run(*(np.concatenate(column) for column in zip(no_messages(), *runs, strict=True)))
+    @classmethod
+    def with_room(cls, count: int) -> Found:
+        """Return none, and room for so many."""
+        rows = Run(np.empty(count, np.int64), np.empty(count, np.uint16), np.empty(count, "<u8"))
+        return cls(rows)
+
+    @property
+    def messages(self) -> Run:
+        """Those that were found."""
+        return self.rows.part(0, self.size)
+
+    @property
+    def last(self) -> int | None:
+        """Where the last one begins."""
+        return int(self.rows.at[self.size - 1]) if self.size else None
+
+    def free(self, least: int = 1) -> Run:
+        """Return the room behind them, for at least so many."""
+        if self.rows.at.size < self.size + least:
+            larger = Found.with_room(2 * self.size + least)
+            larger.add(self.messages)
+            self.rows = larger.rows
+        return self.rows.part(self.size, self.rows.at.size)
+
+    def add(self, some: Run) -> None:
+        """Put messages behind those that were found before."""
+        free, count = self.free(some.at.size), some.at.size
+        free.at[:count], free.number[:count], free.stamp[:count] = some
+        self.size += count
 
 
 def words(data: Bytes, dtype: str) -> NDArray[Any]:
@@ -106,31 +133,16 @@ class _Window:
     end: Ints
     breaks: list[int]
 
-    def run(self, at: int) -> tuple[Run, int]:
-        """Return the messages that follow each other from a byte on, and where they end."""
+    def follow(self, at: int, found: Found) -> int:
+        """Add the messages that follow each other from a byte on; return where they end."""
         starts = self.headers.at
         row = int(np.searchsorted(starts, at))
-        parts = []
         while row < starts.size and starts[row] == at:
             last = self.breaks[bisect_left(self.breaks, row)]
-            parts.append(self.headers.part(row, last + 1))
+            found.add(self.headers.part(row, last + 1))
             at = int(self.end[last])
             row = last + 1 + int(np.searchsorted(starts[last + 1 :], at))
-        return joined(parts), at
-
-
-@dataclass(slots=True, eq=False)
-class _Room:
-    """Where the machine code puts what it finds; as many messages as ``used`` are there."""
-
-    kernel: Callable[..., tuple[int, int]]
-    found: Run
-    used: int = 0
-
-    @property
-    def size(self) -> int:
-        """For how many messages there is room."""
-        return self.found.at.size
+        return at
 
 
 @dataclass(slots=True, eq=False)
@@ -143,7 +155,7 @@ class Walk:
         In file order; None while a topic has no layout.
     waiting : dict of Subscription
         By id, those whose format is missing, circular or too large.
-    found : list of Run
+    found : Found
         Data messages in file order.
     others : list of Other
         All other messages in file order.
@@ -157,7 +169,8 @@ class Walk:
     view: memoryview
     word: NDArray[np.uint16]
     long: NDArray[np.uint64]
-    room: _Room | None
+    kernel: Callable[..., tuple[int, int]] | None
+    found: Found
     limit: int = 0
     formats: dict[str, Format] = field(default_factory=dict)
     subscriptions: list[tuple[Subscription, Layout | None]] = field(default_factory=list)
@@ -169,12 +182,11 @@ class Walk:
     # of a message id: smallest and largest size of its data messages; the same as arrays, and
     # where the stamp stands in such a message
     sizes: dict[int, tuple[int, int]] = field(default_factory=dict)
-    low: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, _NEVER, np.int32))
-    high: NDArray[np.int32] = field(default_factory=lambda: np.full(1 << 16, -1, np.int32))
-    stamp_at: NDArray[np.int32] = field(default_factory=lambda: np.zeros(1 << 16, np.int32))
+    low: Sizes = field(default_factory=lambda: np.full(1 << 16, _NEVER[0], np.uint16))
+    high: Sizes = field(default_factory=lambda: np.full(1 << 16, _NEVER[1], np.uint16))
+    stamp_at: Sizes = field(default_factory=lambda: np.zeros(1 << 16, np.uint16))
     window: _Window | None = None
     width: int = _WINDOW.start
-    found: list[Run] = field(default_factory=list)
     others: list[Other] = field(default_factory=list)
     lost: list[tuple[int, int]] = field(default_factory=list)
     unknown: list[tuple[int, int, int]] = field(default_factory=list)
@@ -184,8 +196,8 @@ class Walk:
     def over(cls, data: Bytes) -> Walk:
         """Return a walk that has not begun."""
         kernel = compiled(walk_messages, data.size)
-        room = None if kernel is None else _Room(kernel, no_messages(data.size // _BYTES + 1))
-        return cls(data, data.data, words(data, "<u2"), words(data, "<u8"), room)
+        found = Found.with_room(data.size // _BYTES)
+        return cls(data, data.data, words(data, "<u2"), words(data, "<u8"), kernel, found)
 
     def part(self, at: int, limit: int) -> None:
         """Read from a byte to the limit."""
@@ -193,10 +205,9 @@ class Walk:
         last = None  # the message before, if it ends here
         while at < limit:
             if at + 3 <= limit and self.view[at + 2] == _DATA:
-                run, at = self.follow(at)
-                if run.at.size:
-                    self.found.append(run)
-                    last = int(run.at[-1])
+                end = self.follow(at)
+                if end > at:
+                    last, at = self.found.last, end
                     continue
                 if at + 5 <= limit and self.subscribe(self.number(at)):
                     continue
@@ -232,10 +243,8 @@ class Walk:
 
     def drop(self, last: int) -> None:
         """Forget the message that was read last."""
-        if self.found and self.found[-1].at[-1] == last:
-            rest = self.found.pop()
-            if rest.at.size > 1:
-                self.found.append(rest.part(0, rest.at.size - 1))
+        if self.found.last == last:
+            self.found.size -= 1
         elif self.others and self.others[-1].start == last:
             self.others.pop()
 
@@ -279,33 +288,28 @@ class Walk:
             return False
         return self.chains(self.end(following))
 
-    def follow(self, at: int) -> tuple[Run, int]:
-        """Return the data messages that follow each other from a byte on, and where they end."""
-        if self.room is not None:
-            return self.follow_compiled(self.room, at)
-        parts = []
+    def follow(self, at: int) -> int:
+        """Find the data messages that follow each other from a byte on; return where they end."""
+        if self.kernel is not None:
+            return self.follow_compiled(self.kernel, at)
         while at < self.limit:
             if self.window is None or not self.window.low <= at < self.window.high:
                 self.window = self.look(at)
-            run, at = self.window.run(at)
-            parts.append(run)
+            at = self.window.follow(at, self.found)
             if at < self.window.high:
                 break
-        return joined(parts), at
+        return at
 
-    def follow_compiled(self, room: _Room, at: int) -> tuple[Run, int]:
-        """Return the same, by machine code."""
+    def follow_compiled(self, kernel: Callable[..., tuple[int, int]], at: int) -> int:
+        """Do the same by machine code."""
         tables = self.low, self.high, self.stamp_at
-        parts = []
         while True:
-            free = room.found.part(room.used, room.size)
+            free = self.found.free()
             part = at, self.limit
-            count, at = room.kernel(self.data, self.word, self.long, part, tables, tuple(free))
-            parts.append(free.part(0, count))
-            room.used += count
-            if room.used < room.size:
-                return joined(parts), at
-            room.found, room.used = no_messages(room.size), 0
+            count, at = kernel(self.data, self.word, self.long, part, tables, tuple(free))
+            self.found.size += count
+            if count < free.at.size:
+                return at
 
     def look(self, low: int) -> _Window:
         """Return the headers of data messages from a byte on; windows grow until a definition."""
@@ -360,7 +364,7 @@ class Walk:
             self.waiting[said.number] = said
             if not self.subscribe(said.number):  # nor is it of the topic before any more
                 self.subscriptions.append((said, None))
-                self.set_sizes(said.number, _NEVER, -1, 0)
+                self.set_sizes(said.number, *_NEVER, 0)
                 del self.sizes[said.number]
 
     def subscribe(self, number: int) -> bool:

@@ -176,8 +176,7 @@ def _in_holes(chosen: Message, other: Message) -> Ints:
 def _with_fields(chosen: Message, other: Message, names: Sequence[str]) -> Message:
     """Return the chosen message with fields of another, interpolated to its records."""
     added = {
-        name: replace(
-            other.columns[name],
+        name: other.columns[name]._replace(
             load=partial(_placed_values, chosen, other, name),
             invalid=(),
             blank=(),
@@ -237,7 +236,7 @@ def _with_records(chosen: Message, other: Message, rows: Ints, lacking: Sequence
         if name not in chosen and name not in lacking:
             continue
         load = partial(_spliced, chosen, other, rows, order, name)
-        columns[name] = replace(column, load=load, invalid=(), blank=(), absent=_nowhere)
+        columns[name] = column._replace(load=load, invalid=(), blank=(), absent=_nowhere)
     return replace(
         chosen, t=t, stamp=stamp, kept=kept, columns=MappingProxyType(columns), _cache={}
     )
