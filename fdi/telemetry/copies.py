@@ -35,6 +35,8 @@ DELAYS_S: Final = tuple(0.05 * step for step in range(-20, 21))
 """At which an offset is looked for."""
 ALIKE: Final = 0.9
 """Channels with a smaller correlation are no copies, whatever their delay."""
+SMALL: Final = 10.0
+"""Times which an offset is smaller than the motion where it is none."""
 FITS: Final = 0.25
 """A scale that differs from one by less is one: both are in SI, and lost records change it too."""
 EXACT: Final = 1e-9
@@ -106,6 +108,8 @@ def compare(of: Channel, first: Records, channel: Channel, second: Records) -> C
     share = _share(sparse, dense, 0.0, late, tolerance)
     if share is None:
         return None
+    if share < SHARE:
+        return Copy(channel, of, scale, offset, share, sparse.t.size)
     others = [_share(sparse, dense, by, late, tolerance) for by in DISPLACED_S]
     chance = [other for other in others if other is not None]
     if not chance or max(chance) > CHANCE:
@@ -150,10 +154,12 @@ def _line(first: Records, second: Records) -> tuple[float, float] | None:
     scale = float(np.sign(together)) * spread[1] / spread[0]
     if abs(abs(scale) - 1.0) < FITS:
         scale = float(np.sign(scale))
+    if abs(np.median(y - scale * x)) < spread[1] / SMALL:
+        return scale, 0.0
     # of a copy that comes late the offset shows exactly where records are paired by their order
     apart = [y - scale * _nearest(first, second.t[inside] - late) for late in DELAYS_S]
     offset = float(np.median(min(apart, key=_wide)))
-    return scale, 0.0 if abs(offset) < spread[1] / 10 else offset
+    return scale, offset
 
 
 def _nearest(records: Records, t: Floats) -> Floats:
