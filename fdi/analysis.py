@@ -104,6 +104,7 @@ def analyze(
             lags=recipe.latencies == "estimated",
             accuracies=recipe.accuracies == "reported",
         )
+    told = (*_choice(log, system), *_fit(log, airframe, chosen=str(model) == "auto"))
     with watch.stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
     with watch.stage("decide", 0.8):
@@ -121,12 +122,7 @@ def analyze(
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,
-        warnings=(
-            *(_choice(log) if system is None else ()),
-            *_fit(log, airframe, chosen=str(model) == "auto"),
-            *observed.warnings,
-            *bank.notes,
-        ),
+        warnings=(*told, *observed.warnings, *bank.notes),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
@@ -134,10 +130,10 @@ def analyze(
     )
 
 
-def _choice(log: Log) -> tuple[str, ...]:
+def _choice(log: Log, system: int | None) -> tuple[str, ...]:
     """Return which vehicle was taken where nobody said which."""
     others = [f"{source.system} ({source.vehicle})" for source in log.other_vehicles]
-    if not others:
+    if not others or system is not None:
         return ()
     taken = f"system {log.system_id} ({log.vehicle}) was taken, which sent most"
     return (f"there are other vehicles in the log, system {', '.join(others)}: {taken}",)

@@ -386,7 +386,7 @@ def _measurement(
     value = None if item.value is None else parse(item.value)
     reported = None if item.reported is None else parse(item.reported)
     if reported is not None and accuracy is None:
-        raise ValueError("reported needs an accuracy to be held against")
+        raise ModelError("reported needs an accuracy to be held against")
     conditions = [parse(w, condition=True) for w in (entry.when, item.when) if w]
     return Measurement(
         channel,

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from fdi.model.evaluate import Floats, evaluate, wrap
-from fdi.model.expression import Apply, Expression, symbols, walk
+from fdi.model.expression import OVER_TIME, Apply, Expression, symbols, walk
 from fdi.model.parts import Equation, Kind, Measurement, Variable
 from fdi.model.system import ParameterValue
 from fdi.telemetry import Channel, Copy, Log, Request
@@ -164,7 +164,7 @@ def _is_identity(
 
 
 def _spans_time(node: Expression) -> bool:
-    return isinstance(node, Apply) and node.operator in ("der", "slope", "still", "recent")
+    return isinstance(node, Apply) and node.operator in OVER_TIME
 
 
 def _drawn(variable: Variable, random: np.random.Generator) -> Floats:

@@ -67,6 +67,8 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "recent": (1, 1),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
+OVER_TIME: Final = frozenset({"der", "slope", "still", "recent"})
+"""Functions whose value at a moment depends on other moments."""
 
 LOGICAL: Final = frozenset({"and", "or", "not"})
 CONSTANTS: Final[Mapping[str, float]] = {"pi": 3.141592653589793}

@@ -118,6 +118,7 @@ BAD = {  # what to replace, by what, what is said, in which line
     "accuracy in another unit": ("36 km/h", "3 K", "does not fit", 20),
     "no such field": ("groundspeed:", "groundspeeed:", "has no field groundspeeed", 20),
     "no such message": ("  32:\n", "  99999:\n", "no MAVLink message has the number", 24),
+    "report of nothing": ("{variable: x, v", "{variable: x, reported: y, v", "needs an acc", 24),
     "unknown variable": ("{variable: x, value", "{variable: y, value", "unknown symbol 'y'", 24),
     "empty domain": ("[0, null]", "[2, 1]", "the domain .2, 1. is empty", 4),
     "reserved": ("  x: {unit: m}", "  x: {unit: m}\n  armed: {unit: m}", "meaning of its own", 6),

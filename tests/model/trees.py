@@ -2,10 +2,12 @@
 
 from hypothesis import strategies as st
 
-from fdi.model.expression import FUNCTIONS, Apply, Number, Symbol, Text, negative
+from fdi.model.expression import FUNCTIONS, OVER_TIME, Apply, Number, Symbol, Text, negative
 
 NAMES = ("a", "b", "v_ground", "x1")
-ONE_ARGUMENT = tuple(name for name, arity in FUNCTIONS.items() if arity == (1, 1) and name != "der")
+ONE_ARGUMENT = tuple(
+    name for name, arity in FUNCTIONS.items() if arity == (1, 1) and name not in OVER_TIME
+)
 EXPONENTS = (-3.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 3.0, 8.0)
 
 numbers = st.one_of(
