@@ -114,7 +114,7 @@ class Analysis:
 
 
 def document(analysis: Analysis) -> dict[str, Any]:
-    """Return ``analysis.json`` as plain values; see ``interfaces`` in the docs."""
+    """Return ``analysis.json`` as plain values; its schema is ``report/analysis.schema.json``."""
     diagnosis = analysis.diagnosis
     return {
         "schema_version": SCHEMA_VERSION,
@@ -124,19 +124,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
             "command": list(analysis.command),
         },
         "log": log_facts(analysis.log),
-        "model": {
-            "name": analysis.airframe.name,
-            "sha256": analysis.airframe.sha256,
-            "parameters": {
-                name: {
-                    "value": number(value.value),
-                    "unit": value.unit,
-                    "source": value.source,
-                    "std": number(value.std),
-                }
-                for name, value in analysis.system.parameters.items()
-            },
-        },
+        "model": _model(analysis),
         "policy": {
             "name": analysis.policy.name,
             "sha256": analysis.policy.sha256,
@@ -174,6 +162,22 @@ def document(analysis: Analysis) -> dict[str, Any]:
         "methods": {},
         "warnings": list(analysis.warnings),
         "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _model(analysis: Analysis) -> dict[str, Any]:
+    return {
+        "name": analysis.airframe.name,
+        "sha256": analysis.airframe.sha256,
+        "parameters": {
+            name: {
+                "value": number(value.value),
+                "unit": value.unit,
+                "source": value.source,
+                "std": number(value.std),
+            }
+            for name, value in analysis.system.parameters.items()
+        },
     }
 
 
