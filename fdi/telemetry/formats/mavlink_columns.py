@@ -35,38 +35,29 @@ KEPT: Final = 256 << 20
 class Payloads:
     """The payloads of one message of one sender, (m,) each.
 
-    ``rows``: which frames of the file. The first field that is asked for brings all of them: to
-    find the payloads in the file takes much longer than to take them apart.
+    ``rows``: which frames of the file. The first field that is asked for brings the payloads, (m,
+    size) bytes at full length, of which the fields are views: to find them in the file is what
+    takes the time.
     """
 
     definition: MessageDefinition
     frames: Frames
     rows: Ints
-    _cache: dict[int, NDArray[Any]] = field(default_factory=dict)  # by offset in the payload
+    _kept: list[Bytes] = field(default_factory=list)
 
     def of(self, chosen: NDArray[np.bool_]) -> Payloads:
         """Return the payloads of some of the frames, by a mask (m,)."""
-        made = Payloads(self.definition, self.frames, self.rows[chosen])
-        made._cache.update((key, known[chosen]) for key, known in self._cache.items())
-        return made
-
-    def take_apart(self, block: Bytes) -> None:
-        """Keep every field of the payloads, from (m, size) bytes at full length."""
-        for wanted in self.definition.fields:
-            kind = np.dtype(wanted.dtype)
-            for place in range(max(wanted.count, 1)):
-                at = wanted.offset + place * kind.itemsize
-                # as items of the field's type, not as bytes: numpy copies these ten times as fast
-                items = block[:, at : at + kind.itemsize].view(kind)[:, 0]
-                self._cache[at] = np.ascontiguousarray(items)
+        kept = [block[chosen] for block in self._kept]
+        return Payloads(self.definition, self.frames, self.rows[chosen], kept)
 
     def _part(self, at: int, kind: np.dtype[Any]) -> NDArray[Any]:
         """Return an item of every payload, (m,): what was cut is zero."""
-        if at not in self._cache:
-            if self.frames.data.size > KEPT:
-                return self._gathered(at, at + kind.itemsize).view(kind)[:, 0]
-            self.take_apart(self._gathered(0, self.definition.size))
-        part: NDArray[Any] = self._cache[at]
+        end = at + kind.itemsize
+        if not self._kept and self.frames.data.size > KEPT:
+            return self._gathered(at, end).view(kind)[:, 0]
+        if not self._kept:
+            self._kept.append(self._gathered(0, self.definition.size))
+        part: NDArray[Any] = self._kept[0][:, at:end].view(kind)[:, 0]
         return part
 
     def _gathered(self, low: int, high: int) -> Bytes:
@@ -94,7 +85,7 @@ class Payloads:
         They are cut at the first NUL; bytes beyond ASCII become U+FFFD.
         """
         wanted = next(f for f in self.definition.fields if f.name == name)
-        rows = self._part(wanted.offset, np.dtype(wanted.dtype))
+        rows = np.ascontiguousarray(self._part(wanted.offset, np.dtype(wanted.dtype)))
         rows = rows.view(np.uint8).reshape(rows.size, -1)
         first, which = kinds_of_rows(rows)
         whole = [bytes(row).split(b"\0")[0].decode("ascii", "replace") for row in rows[first]]

@@ -4,9 +4,9 @@ In: the `Frames` of a file. Out: the rows of every sender's frames, and the `Pay
 message of every sender. Senders and messages are numbered from 0 first: numpy sorts such small
 numbers by counting, in a tenth of the time.
 
-The compiled code puts all payloads in their places in one pass over the file, and takes them apart.
-With numpy they are gathered message by message when a field is asked for, which costs five times as
-much for all; so they are with a file that is too large for a second copy of it in memory.
+The compiled code puts all payloads in their places in one pass over the file. With numpy they are
+gathered message by message when a field is asked for, which costs five times as much for all; so
+they are with a file that is too large for a second copy of it in memory.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def _spread(
     group: NDArray[np.uint32],
     meanings: list[MessageDefinition],
 ) -> list[Payloads]:
-    """Return the payloads of every group, taken apart already."""
+    """Return the payloads of every group, found already."""
     size = np.array([meaning.size for meaning in meanings])
     count = np.bincount(group, minlength=size.size)
     last_row, last_byte = np.cumsum(count), np.cumsum(count * size)
@@ -141,10 +141,8 @@ def _spread(
         (last_row - count, last_byte - count * size),
         (rows, flat),
     )
-    made = []
     rows_of, bytes_of = np.split(rows, last_row[:-1]), np.split(flat, last_byte[:-1])
-    for meaning, part, block in zip(meanings, rows_of, bytes_of, strict=True):
-        payloads = Payloads(meaning, frames, part)
-        payloads.take_apart(block.reshape(-1, meaning.size))
-        made.append(payloads)
-    return made
+    return [
+        Payloads(meaning, frames, part, [block.reshape(-1, meaning.size)])
+        for meaning, part, block in zip(meanings, rows_of, bytes_of, strict=True)
+    ]
