@@ -197,7 +197,9 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     delay = arrival[at] - seconds
     offset = np.minimum.reduceat(delay, np.searchsorted(at, first))
     delay -= _offset_of(offset, boot, at)
-    late = arrival[rows] - boot_ms / 1000 - _offset_of(offset, boot, rows)
+    late = arrival[rows]
+    late -= boot_ms / 1000
+    late -= _offset_of(offset, boot, rows)
     wrapped = np.abs(late) > _MS_WRAP / 2
     if wrapped.any():
         late -= np.rint(late / _MS_WRAP) * _MS_WRAP

@@ -58,6 +58,7 @@ from fdi.telemetry.quality import QualityRecord
 Floats = NDArray[np.float64]
 
 _SNIFF: Final = 1 << 20  # bytes looked at a time when the format is in question
+_BLOCK: Final = 1 << 16  # frames at a time: less memory, and that stays in the cache
 _ENOUGH: Final = 3  # frames with a right checksum: by chance one comes in some 80 MB of noise
 
 
@@ -199,9 +200,11 @@ def _messages(
 
 def _stamps(frames: Frames, line: Timeline) -> Floats:
     """Return the recorder's stamps as they are, s since the file's first record."""
-    signed = np.minimum(frames.stamp_us, np.uint64(2**62)).view(np.int64)
-    signed -= round(line.zero * 1e6)
-    since: Floats = signed / 1e6
+    since, zero = np.empty(frames.stamp_us.size), round(line.zero * 1e6)
+    for low in range(0, since.size, _BLOCK):
+        here = slice(low, low + _BLOCK)
+        signed = np.minimum(frames.stamp_us[here], np.uint64(2**62)).view(np.int64)
+        since[here] = (signed - zero) / 1e6
     return since
 
 
