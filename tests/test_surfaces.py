@@ -24,6 +24,7 @@ SURFACES = shared(
             "p34_elevator_stuck",
             "p35_elevator_offset",
             "p37_rudder_hardover",
+            "p38_rudder_stuck",
         )
     ),
 )
