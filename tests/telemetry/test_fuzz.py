@@ -14,7 +14,7 @@ import pytest
 from .fuzz import exercise, worker
 from .fuzz.__main__ import ALONE, run
 from .fuzz.heads import heads
-from .fuzz.mutations import make_input
+from .fuzz.mutations import make_input, reader_of
 from .fuzz.smaller import smaller
 
 INPUTS = 2000
@@ -61,6 +61,14 @@ def test_number_makes_the_same_input_every_time():
     first = [make_input(number) for number in range(40)]
     assert [make_input(number) for number in range(40)] == first
     assert len({one.data for one in first}) > 35
+
+
+def test_inputs_of_some_readers_are_those_made_of_their_heads():
+    tried = [number for number, _ in worker.inputs(["0", "60", "tlog", "ulg"])]
+    stories = {number: make_input(number).story.partition(" ")[0] for number in range(60)}
+    assert tried == [number for number in range(60) if reader_of(number) in ("tlog", "ulg")]
+    assert {stories[number] for number in tried}.isdisjoint({"bin", "log"})
+    assert {"tlog", "ulg"} <= {stories[number] for number in tried}
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Tries many inputs in several processes; keeps one small input of every failure; returns 1 then.
 
 PYTHONPATH=tests python -m telemetry.fuzz [--count N] [--first N] [--workers N] [--out FOLDER]
+                                         [--reader tlog|bin|log|ulg]...
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
@@ -38,11 +39,11 @@ ALONE: Final = {
 Failure = dict[str, Any]
 
 
-def try_numbers(first: int, last: int) -> Iterator[Failure]:
+def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[Failure]:
     """Yield the failures among inputs ``first`` to before ``last``, in processes that may die."""
     while first < last:
         worker = subprocess.Popen(
-            [sys.executable, "-m", "telemetry.fuzz.worker", str(first), str(last)],
+            [sys.executable, "-m", "telemetry.fuzz.worker", str(first), str(last), *readers],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env={**os.environ, **ALONE},
@@ -76,13 +77,13 @@ def try_numbers(first: int, last: int) -> Iterator[Failure]:
         first = trying + 1
 
 
-def run(first: int, count: int, workers: int) -> list[Failure]:
+def run(first: int, count: int, workers: int, readers: Sequence[str] = ()) -> list[Failure]:
     """Return all failures, telling the progress where somebody watches."""
     size = min(PORTION, -(-count // workers))
     found: list[Failure] = []
 
     def portion(low: int) -> list[Failure]:
-        return list(try_numbers(low, min(low + size, first + count)))
+        return list(try_numbers(low, min(low + size, first + count), readers))
 
     with ThreadPoolExecutor(workers) as pool:
         for i, failures in enumerate(pool.map(portion, range(first, first + count, size)), 1):
@@ -118,9 +119,16 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path, default=Path("build/fuzz"))
+    parser.add_argument(
+        "--reader",
+        action="append",
+        default=[],
+        choices=("tlog", "bin", "log", "ulg"),
+        help="leave out the numbers of other readers' inputs; several times for several",
+    )
     asked = parser.parse_args()
     started = time.perf_counter()
-    found = run(asked.first, asked.count, asked.workers)
+    found = run(asked.first, asked.count, asked.workers, asked.reader)
     print(
         f"{asked.count} inputs from number {asked.first} on, {len(found)} failures, "
         f"{time.perf_counter() - started:.0f} s"

@@ -77,6 +77,11 @@ def make_input(number: int) -> Input:
     return Input(number, data[:LARGEST], ", ".join(story))
 
 
+def reader_of(number: int) -> str:
+    """Return the kind of the head that the input of a number is made of."""
+    return Random(number).choice(heads()).kind
+
+
 # Whole records, messages, lines.
 
 

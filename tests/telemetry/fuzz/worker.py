@@ -25,7 +25,7 @@ from fdi.errors import FdiError
 from fdi.telemetry import Log
 
 from .exercise import exercise
-from .mutations import make_input
+from .mutations import make_input, reader_of
 
 SECONDS_PER_MB: Final = 2.0
 START_S: Final = 0.5  # what a file of no size may cost: tables, caches, first use of a library
@@ -124,10 +124,14 @@ def warm_up(folder: Path) -> None:
 
 
 def inputs(words: list[str]) -> Iterator[tuple[int, bytes]]:
-    """Yield what the command line asks for: from the first to before the last number, or files."""
-    if all(word.isdecimal() for word in words):
+    """Yield what the command line asks for: from the first to before the last number, or files.
+
+    Behind the numbers may stand readers: the inputs of the others are left out then.
+    """
+    if words[0].isdecimal():
         for number in range(int(words[0]), int(words[1])):
-            yield number, make_input(number).data
+            if not words[2:] or reader_of(number) in words[2:]:
+                yield number, make_input(number).data
     else:
         for i, word in enumerate(words):
             yield i * COMPARED, Path(word).read_bytes()
