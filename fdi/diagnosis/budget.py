@@ -184,11 +184,12 @@ def scale_for(budget: float, noise: Noise, bank: Bank, recipe: PredictedSpread) 
 class Rules:
     """What accuses: by component the residuals that hold its faults, and how strong one must be.
 
-    ``alone``: so many thresholds; 1 where any alarm of the residual will do. ``brief``: those of
-    which a passing alarm accuses as well.
+    ``suspecting``: those that only suspect it. ``alone``: so many thresholds; 1 where any alarm of
+    the residual will do. ``brief``: those of which a passing alarm accuses as well.
     """
 
     rows: Mapping[str, tuple[int, ...]]
+    suspecting: Mapping[str, tuple[int, ...]]
     alone: Mapping[int, float]
     brief: frozenset[int]
 
@@ -200,18 +201,20 @@ def accusing_rules(bank: Bank, rows: NDArray[np.intp]) -> Rules:
     """
     whom = concerns(bank)
     holding: dict[str, tuple[int, ...]] = {}
+    suspecting: dict[str, tuple[int, ...]] = {}
     alone = {}
     for row in rows:
         held = {whom.component[f] for f in whom.faults[row] if f not in whom.suspected}
-        for name in sorted(held):
+        for name in sorted(whom.of(row)):
             if not whom.components[name].computed:
-                holding[name] = (*holding.get(name, ()), int(row))
+                found = holding if name in held else suspecting
+                found[name] = (*found.get(name, ()), int(row))
         parts = [name for name in whom.of(row) if not whom.components[name].computed]
         enough = EVIDENCE_NEARLY if len(parts) == 1 else EVIDENCE
         # the weight of an alarm is 1 + ln(its strength)
         alone[int(row)] = 1.0 if len(whom.of(row)) == 1 else float(np.exp(enough - 1.0))
     brief = frozenset(row for row in alone if sees_changes_only(row, bank))
-    return Rules(holding, alone, brief)
+    return Rules(holding, suspecting, alone, brief)
 
 
 Scales = Mapping[int, tuple[Floats, Floats, Floats]]
@@ -253,16 +256,20 @@ def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread, rules: Rules
 def accusing(scales: Scales, rules: Rules) -> Floats:
     """Return the scale below which a component is accused, in every stretch."""
     result = np.full(next(iter(scales.values()))[0].shape, -np.inf)
-    for held in rules.rows.values():
-        rows = [row for row in held if row in scales]
-        for row in rows:
+    for name in {*rules.rows, *rules.suspecting}:
+        held = [row for row in rules.rows.get(name, ()) if row in scales]
+        rows = [*held, *(row for row in rules.suspecting.get(name, ()) if row in scales)]
+        for row in held:
             np.maximum(result, scales[row][2], out=result)
-        if len(rows) > 1:  # two of its alarms together, one of which lasts
-            among = np.sort([scales[row][0] for row in rows], axis=0)
+        if len(rows) < MOST_TESTS:
+            continue
+        among = np.sort([scales[row][0] for row in rows], axis=0)
+        if held:  # two of its alarms together, one that holds a fault of it, one of which lasts
             lasts = np.max([scales[row][1] for row in rows], axis=0)
-            np.maximum(result, np.minimum(among[-2], lasts), out=result)
-            if len(rows) > MOST_TESTS:
-                np.maximum(result, among[-1 - MOST_TESTS], out=result)
+            holds = np.max([scales[row][0] for row in held], axis=0)
+            np.maximum(result, np.minimum(np.minimum(among[-2], holds), lasts), out=result)
+        if len(rows) > MOST_TESTS:
+            np.maximum(result, among[-1 - MOST_TESTS], out=result)
     return result
 
 
