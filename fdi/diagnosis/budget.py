@@ -14,7 +14,7 @@ The random numbers have a fixed seed: the same log gives the same answer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -30,7 +30,7 @@ from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
 from fdi.diagnosis.answer import time_in_air, when_in_air
-from fdi.diagnosis.passing import MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
+from fdi.diagnosis.passing import CLEARLY, MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
 from fdi.diagnosis.ranking import EVIDENCE, EVIDENCE_NEARLY, WEIGHING_S
 from fdi.diagnosis.weighing import concerns
 from fdi.model.evaluate import Floats
@@ -51,6 +51,9 @@ TAIL: Final = 80
 """So many of the largest scales are fitted."""
 FLOOR: Final = 0.05
 """A scale below this means no noise at all."""
+OVERSHOOT: Final = 1.2
+"""A peak of noise stands above the level that lasts for an alarm by about so much: chosen between 1,
+with which 2 were measured where 1 per hour was asked for, and no limit at all, with which 0.3 were."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -259,18 +262,27 @@ def accusing(scales: Scales, rules: Rules) -> Floats:
     for name in {*rules.rows, *rules.suspecting}:
         held = [row for row in rules.rows.get(name, ()) if row in scales]
         rows = [*held, *(row for row in rules.suspecting.get(name, ()) if row in scales)]
-        for row in held:
-            np.maximum(result, scales[row][2], out=result)
-        if len(rows) < MOST_TESTS:
-            continue
-        among = np.sort([scales[row][0] for row in rows], axis=0)
-        if held:  # two of its alarms together, one that holds a fault of it, one of which lasts
-            lasts = np.max([scales[row][1] for row in rows], axis=0)
-            holds = np.max([scales[row][0] for row in held], axis=0)
-            np.maximum(result, np.minimum(np.minimum(among[-2], holds), lasts), out=result)
-        if len(rows) > MOST_TESTS:
-            np.maximum(result, among[-1 - MOST_TESTS], out=result)
+        if rows:
+            np.maximum(result, _accusing(scales, held, rows), out=result)
     return result
+
+
+def _accusing(scales: Scales, held: Sequence[int], rows: Sequence[int]) -> Floats:
+    """Return the scale below which a component is accused; ``rows`` are the held ones and more."""
+    among = np.sort([scales[row][0] for row in rows], axis=0)
+    found = np.max([scales[row][2] for row in held or rows], axis=0)
+    if not held:
+        found = np.full(found.shape, -np.inf)
+    elif len(rows) >= MOST_TESTS:
+        # two of its alarms together, one that holds a fault of it, one of which lasts
+        lasts = np.max([scales[row][1] for row in rows], axis=0)
+        holds = np.max([scales[row][0] for row in held], axis=0)
+        found = np.maximum(found, np.minimum(np.minimum(among[-2], holds), lasts))
+    if len(rows) > MOST_TESTS:
+        found = np.maximum(found, among[-1 - MOST_TESTS])
+    peak = OVERSHOOT * np.max([scales[row][0] for row in held or rows], axis=0)
+    clear: Floats = np.minimum(found, peak / CLEARLY)
+    return clear
 
 
 def peaks(scales: Floats) -> Floats:
