@@ -52,8 +52,8 @@ TAIL: Final = 80
 FLOOR: Final = 0.05
 """A scale below this means no noise at all."""
 OVERSHOOT: Final = 1.2
-"""A peak of noise stands above the level that lasts for an alarm by about so much: chosen between 1,
-with which 2 were measured where 1 per hour was asked for, and no limit at all, with which 0.3 were."""
+"""A peak of noise stands above the level that lasts for an alarm by about so much: between 1, with
+which 2 an hour were measured where 1 was asked for, and no bound at all, with which 0.3 were."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
