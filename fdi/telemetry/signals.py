@@ -339,12 +339,14 @@ def _interpolate(records: Records, t: Floats, sampling: Sampling) -> Floats:
     left = np.clip(np.searchsorted(known_t, t, side="right") - 1, 0, known_t.size - 2)
     width = known_t[left + 1] - known_t[left]
     weight = (t - known_t[left]) / width
-    rise = value[left + 1] - value[left]
     turns = records.is_circular and sampling.unwrap
-    if turns:
-        rise = (rise + np.pi) % (2 * np.pi) - np.pi
     steps = records.is_discrete and sampling.hold_discrete
-    between = value[left] + ((weight >= 1) if steps else weight) * rise
+    with np.errstate(over="ignore", invalid="ignore"):  # damaged values may be of any size
+        rise = value[left + 1] - value[left]
+        if turns:
+            rise = (rise + np.pi) % (2 * np.pi) - np.pi
+        between = value[left] + ((weight >= 1) if steps else weight) * rise
+    between[np.isinf(between)] = np.nan
     if turns:
         between = _same_range(between, value)
     longest = max(sampling.gap_min_s, sampling.gap_factor * records.period)
