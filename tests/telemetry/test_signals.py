@@ -106,6 +106,15 @@ def test_value_that_is_not_finite_is_unknown():
     np.testing.assert_array_equal(got, [1, np.nan, 0.5])
 
 
+def test_what_overflows_between_damaged_values_is_unknown():
+    """1.7e308 after -1.7e308: the rise is no number, and far outside not even a tenth of it is."""
+    log = log_of([0.0, 0.1, 0.2, 0.3], [1.0, 1.7e308, -1.7e308, -1.6e308])
+    with np.errstate(all="raise"):
+        _, got = values(log, rate_hz=20.0, window=(-20.0, 20.0))
+    known = got[np.isfinite(got)]
+    np.testing.assert_allclose(known, [1.0, 0.85e308, 1.7e308, -1.7e308, -1.65e308, -1.6e308])
+
+
 def test_latency_moves_the_records_back():
     request = Request(A, ("a",), latency=0.5)
     _, got = values(log_of([0, 1, 2], [0, 1, 2]), request=request, rate_hz=2)

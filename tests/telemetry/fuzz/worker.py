@@ -126,15 +126,17 @@ def warm_up(folder: Path) -> None:
 def inputs(words: list[str]) -> Iterator[tuple[int, bytes]]:
     """Yield what the command line asks for: from the first to before the last number, or files.
 
-    Behind the numbers may stand readers: the inputs of the others are left out then.
+    Behind the numbers may stand readers: the inputs of the others are left out then. A file whose
+    failure hangs on what is asked of it carries the number that it had: ``name.number.input``.
     """
     if words[0].isdecimal():
         for number in range(int(words[0]), int(words[1])):
             if not words[2:] or reader_of(number) in words[2:]:
                 yield number, make_input(number).data
     else:
-        for i, word in enumerate(words):
-            yield i * COMPARED, Path(word).read_bytes()
+        for path in map(Path, words):
+            number = path.stem.rpartition(".")[2]
+            yield int(number) if number.isdecimal() else 0, path.read_bytes()
 
 
 def main() -> None:
