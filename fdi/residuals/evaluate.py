@@ -283,7 +283,9 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
     if equation.scale and context.spreads and isinstance(equation.left, Symbol):
         scaled = column if equation.left.name in node.variables else given[equation.left.name]
-        change = np.abs(scaled - np.nanmedian(scaled[context.beginning]))
+        start = scaled[context.beginning]
+        known = start[np.isfinite(start)]
+        change = np.abs(scaled - np.median(known)) if known.size else np.zeros(scaled.shape)
         effects["noise", -1 - node.equation, 0] = equation.scale * np.nan_to_num(change)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return Value(column, effects, ahead)

@@ -42,7 +42,7 @@ def read_dataflash(path: Path, data: Bytes, *, system: int | None = None) -> Log
         raise LogError(
             "is a PX4 sdlog2 log (.px4log), which this version does not read",
             where=path.name,
-            hint="give a .tlog or an ArduPilot .bin",
+            hint="give a .tlog, an ArduPilot .bin or a PX4 .ulg",
         )
     records = all_records(data)
     tables = _tables(data, records)
