@@ -34,8 +34,12 @@ KNOWN_SHARE: Final = 0.7
 """Of the samples of a mean."""
 STANDING: Final = 0.8
 """What is violated for this share of the flight's beginning is a condition."""
+TOLD: Final = 0.5
+"""Of the beginning so much must be known to tell that."""
 CALM_SHARE: Final = 0.4
 """Quantile of the means that tells the flight's own level: a fault may fill half of the flight."""
+SWINGING: Final = 1 / 3
+"""Standard deviation of a constant that swings with the vehicle, as a share of what it was."""
 ROUGHER: Final = 3.0
 """So much more than in its first third a healthy flight may shake later."""
 
@@ -102,7 +106,7 @@ class Bounds:
 
 def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     """Return what residuals may reach, from the model's statements and the flight's calm part."""
-    signals, spread = residuals.signals, residuals.spread
+    signals = residuals.signals
     equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
     # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
     limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
@@ -121,15 +125,16 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     centre[side * centre < 0] = 0.0
     off, size = strayed(residuals.values, centre, circular, side)
     deviation = np.maximum(size - tolerance, 0.0)
+    spread = np.hypot(residuals.spread, SWINGING * np.abs(centre)[:, None] * residuals.swing)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     factor = spread_factors(deviation, spread, airborne_mask(signals), block)
     factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     with np.errstate(invalid="ignore"):
-        unfit = spread_factors(deviation, spread, reference, block) > recipe.most_factor
+        unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
     supports = np.array([equation.supports for equation in equations], bool)
     always = np.array([equation.always for equation in equations], bool)
-    stands = _stands(size > tolerance, reference) & ~always
+    stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
     unfit = np.where(limit | supports, stands, unfit)
     # where the constant that a statement allows could not be learned, nothing is held against it
     unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
@@ -228,8 +233,14 @@ def _spoiled(unfit: NDArray[np.bool_], bank: Bank) -> NDArray[np.bool_]:
     return np.array([any(own >= other for other in bad) for own in used], dtype=bool)
 
 
-def _stands(violated: NDArray[np.bool_], reference: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which statements are violated from the beginning of the flight on."""
-    early = violated[:, reference]
-    over = early.sum(axis=1)
-    return np.asarray((over > 0) & (over >= STANDING * early.shape[1]))
+def _stands(
+    violated: NDArray[np.bool_], known: NDArray[np.bool_], reference: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return which statements are violated from the beginning of the flight on.
+
+    Of what is known of the beginning: what a poor link lost tells nothing.
+    """
+    over, told = (which[:, reference].sum(axis=1) for which in (violated, known))
+    return np.asarray(
+        (told > 0) & (told >= TOLD * np.count_nonzero(reference)) & (over >= STANDING * told)
+    )

@@ -201,6 +201,10 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             raise ModelError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
         if entry.scale and not isinstance(left, Symbol):
             raise ModelError("scale needs one variable on the left")
+        if entry.swings and not (
+            isinstance(left, Symbol) and entry.offset and unit == dimension("rad")
+        ):
+            raise ModelError("swings needs an offset and one angle on the left")
         if entry.fault:
             draft.bring_fault(entry.fault, definition, "fault")
         return Equation(
@@ -218,6 +222,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             window=quantity(entry.window or 0.0, dimension("s")),
             offset=quantity(entry.offset, unit),
             side=entry.side,
+            swings=entry.swings,
             scale=entry.scale,
             supports=entry.supports,
             suspects=tuple(entry.suspects),

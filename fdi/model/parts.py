@@ -109,6 +109,9 @@ class Equation:
         A constant by which the two sides may differ in health, learned from the flight's beginning.
     side : str
         ``above`` or ``below``: only a left side that is so against the right one is a violation.
+    swings : bool
+        The constant turns with the vehicle: where its left side has turned by an angle since the
+        flight's beginning, the two may differ otherwise by as much as they did then.
     scale : float
         Share of the change of its left side since the flight's beginning by which that may be off.
     supports : bool
@@ -132,6 +135,7 @@ class Equation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
+    swings: bool = False
     scale: float = 0.0
     supports: bool = False
     always: bool = False

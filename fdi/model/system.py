@@ -49,6 +49,7 @@ class SystemEquation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
+    swings: bool = False
     scale: float = 0.0
     supports: bool = False
     always: bool = False

@@ -128,6 +128,7 @@ class Bank:
             found.values,
             found.spread,
             found.allowance,
+            found.swing,
             tolerance,
             found.delay_s,
             found.response,
@@ -161,6 +162,9 @@ class Residuals:
         Predicted standard deviation in health; 0 where the model states no accuracy.
     allowance : (r, n) float
         How far a constant offset of healthy sensors may move it.
+    swing : (r, n) float
+        By what share of itself the constant found at the beginning may have changed, because it is
+        one of a field that the vehicle turns in.
     tolerance : (r,) float
         How far it may stray by the model's own statement.
     delay_s : (r,) float
@@ -178,6 +182,7 @@ class Residuals:
     values: Floats
     spread: Floats
     allowance: Floats
+    swing: Floats
     tolerance: Floats
     delay_s: Floats
     response: Floats

@@ -45,7 +45,7 @@ SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
 Effects = dict[tuple[str, int, int], Floats]
-"""(``noise`` or ``offset``, source, generation) to the column by which the value moves."""
+"""(``noise``, ``offset``, ``swing``; source, generation) to the column by which the value moves."""
 
 
 class Evaluated(NamedTuple):
@@ -54,6 +54,7 @@ class Evaluated(NamedTuple):
     values: Floats
     spread: Floats
     allowance: Floats
+    swing: Floats
     delay_s: Floats
     response: Floats
 
@@ -108,7 +109,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
     rows: dict[int, list[int]] = {}
     for row, number in enumerate(wanted):
         rows.setdefault(number, []).append(row)
-    values, spread, allowance = (np.full((count, size), np.nan) for _ in range(3))
+    values, spread, allowance, swing = (np.full((count, size), np.nan) for _ in range(4))
     ahead = np.zeros(count)
     response = np.full((count, len(context.system.faults)), np.nan)
     last_use = _last_uses(nodes)
@@ -120,6 +121,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             values[row] = value.column
             spread[row] = _root_sum(value.effects, "noise", size)
             allowance[row] = _sum(value.effects, "offset", size)
+            swing[row] = _root_sum(value.effects, "swing", size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
         for used in {argument for _, argument in (*node.arguments, *node.gate_arguments)}:
@@ -127,9 +129,9 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    for array in (values, spread, allowance, ahead, response):
+    for array in (values, spread, allowance, swing, ahead, response):
         array.flags.writeable = False
-    return Evaluated(values, spread, allowance, ahead, response)
+    return Evaluated(values, spread, allowance, swing, ahead, response)
 
 
 def context_of(
@@ -281,14 +283,30 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         constant = 0.0
     if constant and context.spreads:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
-    if equation.scale and context.spreads and isinstance(equation.left, Symbol):
-        scaled = column if equation.left.name in node.variables else given[equation.left.name]
-        start = scaled[context.beginning]
-        known = start[np.isfinite(start)]
-        change = np.abs(scaled - np.median(known)) if known.size else np.zeros(scaled.shape)
-        effects["noise", -1 - node.equation, 0] = equation.scale * np.nan_to_num(change)
+    if (
+        (equation.scale or equation.swings)
+        and context.spreads
+        and isinstance(equation.left, Symbol)
+    ):
+        left = column if equation.left.name in node.variables else given[equation.left.name]
+        variable = system.variables[equation.left.name]
+        change = _since_beginning(left, context, variable.circular)
+        if equation.scale:
+            effects["noise", -1 - node.equation, 0] = equation.scale * np.abs(change)
+        if equation.swings:
+            effects["swing", -1 - node.equation, 0] = 2 * np.abs(np.sin(change / 2))
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return Value(column, effects, ahead)
+
+
+def _since_beginning(column: Floats, context: Context, circular: bool) -> Floats:
+    """Return how far a quantity is from what it was in the first seconds, 0 where unknown."""
+    start = column[context.beginning]
+    known = start[np.isfinite(start)]
+    if not known.size:
+        return np.zeros(column.shape)
+    level = np.angle(np.exp(1j * known).mean()) if circular else np.median(known)
+    return np.nan_to_num(wrap(column - level) if circular else column - level)
 
 
 def _moved(

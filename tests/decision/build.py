@@ -31,7 +31,16 @@ def bank_of(count, *, kind=Kind.RELATION, **stated):
 
 
 def residuals(
-    values, *, spread=1.0, allowance=0.0, tolerance=0.0, delay=0.0, flights=(), rate=RATE, **bank
+    values,
+    *,
+    spread=1.0,
+    allowance=0.0,
+    swing=0.0,
+    tolerance=0.0,
+    delay=0.0,
+    flights=(),
+    rate=RATE,
+    **bank,
 ):
     """Residuals of given values, (n,) or (r, n); what else is stated holds at every sample."""
     values = np.atleast_2d(np.asarray(values, dtype=float)).copy()
@@ -41,6 +50,7 @@ def residuals(
         values,
         np.broadcast_to(np.float64(spread), values.shape).copy(),
         np.broadcast_to(np.float64(allowance), values.shape).copy(),
+        np.broadcast_to(np.float64(swing), values.shape).copy(),
         np.full(count, float(tolerance)),
         np.full(count, float(delay)),
         np.full((count, 0), np.nan),

@@ -285,6 +285,16 @@ def test_fault_since_boot_beyond_the_allowance_is_a_condition():
     assert not DEFAULT.decide(residuals(values, allowance=30.0)).alarm.any()
 
 
+@pytest.mark.parametrize(("constant", "blamed"), [(1.0, True), (12.0, False)])
+def test_constant_that_swings_excuses_as_much_as_it_was(constant, blamed):
+    """Upside down a large constant may be as large on the other side, a small one may not."""
+    swing = np.repeat([0.0, 2.0], 2 * MINUTE)
+    values = noise(4 * MINUTE) + np.where(swing > 0, constant - 8.0, constant)
+    given_ = residuals(values, allowance=15.0, swing=swing)
+    assert DEFAULT.decide(given_).alarm.any() == blamed
+    assert DEFAULT.decide(residuals(values, allowance=15.0)).alarm.any()
+
+
 def test_centre_is_taken_in_the_air_and_after_settling():
     """What a sensor shows on the ground and just after take-off says nothing about the flight."""
     values = np.zeros(3 * MINUTE)
@@ -349,6 +359,14 @@ def test_limit_that_is_exceeded_from_the_beginning_on_is_a_condition(first, unfi
     assert alarms.unfit.tolist() == [unfit]
     assert alarms.alarm.any() != unfit
     assert not alarms.alarm[0, 2 * MINUTE :].any()
+
+
+@pytest.mark.parametrize(("lost", "unfit"), [(0.4, True), (0.9, False)])
+def test_poor_link_does_not_hide_that_a_limit_is_exceeded_from_the_beginning_on(lost, unfit):
+    values = np.full(5 * MINUTE, 3.0)
+    values[np.random.default_rng(1).random(values.size) < lost] = np.nan
+    alarms = DEFAULT.decide(residuals(values, spread=0.1, kind=Kind.LIMIT))
+    assert alarms.unfit.tolist() == [unfit]
 
 
 def test_side_that_does_not_count_raises_nothing():

@@ -91,6 +91,7 @@ def alarms_of(
         THRESHOLD * np.where(blank, np.nan, shown),
         every + 0.4,
         every,
+        every,
         zero,
         zero,
         response,

@@ -189,6 +189,25 @@ def test_scale_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_pat
     assert found.spread[place] == pytest.approx(expected, rel=1e-6)
 
 
+def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):
+    """Against the first heading by twice itself, a quarter turn off it by 1.4 times."""
+    text = GLIDER.replace("solves: [course]", "solves: [course], offset: 20 deg, swings: true")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    turned = np.linspace(0, 2 * np.pi, 400).clip(0.1) - 0.1
+    heading = (3.1 + turned + np.pi) % (2 * np.pi) - np.pi  # begins beside the seam
+    columns = truth(400)
+    columns["LOCAL_POSITION_NED.vx"] = 9 * np.cos(heading)
+    columns["LOCAL_POSITION_NED.vy"] = 9 * np.sin(heading)
+    columns["GPS_RAW_INT.cog"] = heading
+    found = run(bank, columns)
+    equations = bank.system.equations
+    (held,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == "k_2"]
+    early = turned[: round(20 * RATE)]
+    since = turned - np.angle(np.exp(1j * early).mean())
+    assert found.swing[held] == pytest.approx(2 * np.abs(np.sin(since / 2)), abs=1e-6)
+    assert (np.delete(found.swing, held, axis=0) == 0).all()
+
+
 @pytest.mark.parametrize(("limit", "judged"), [(0.1, False), (0.3, True)])
 def test_condition_knows_the_time_between_two_samples(tmp_path, limit, judged):
     text = GLIDER.replace(
