@@ -191,6 +191,8 @@ def _shown(best: Fit, where: Scene) -> tuple[float | None, str]:
     telling = int(np.argmax((moved**2).sum(axis=1)))
     unit = system.equations[generators[telling].residual].unit
     own = np.flatnonzero(moved[telling])
+    if best.hypothesis.shape == "drift":
+        own = own[where.piece.t[own] > best.since]
     if unit == best.hypothesis.unit or not len(own):
         return None, ""
     each = np.abs(moved[telling, own] * where.spread[telling, own])
