@@ -290,7 +290,7 @@ def _impact(
     """Return the last row before the first impact and the speed of descent there."""
     t, climb, force = motion.t, motion.climb, motion.force
     felt = _known(force)
-    rise = np.diff(climb, append=climb[-1]) / np.diff(t, append=t[-1] + 1.0)
+    rise = np.append(np.diff(climb) / np.diff(t), 0.0)
     with np.errstate(invalid="ignore"):
         candidate = (force > BLOW) | (rise > STOP)
         if not has_wings:
