@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from flights import ROOT, SHARED, accused, analysis_of, components, document_of, examples, shared
 
+from fdi.analysis import analyze
 from fdi.decision import load_policy
+from fdi.evaluation.rewrite import Change, rewritten
 from fdi.telemetry import read
 
 SITL = "sitl/{}.tlog"
@@ -188,3 +190,18 @@ def test_shortages_of_energy_are_in_the_log():
     assert inside.any(axis=1).all()
     cruise = (slow > 960) & (slow < 2320)
     assert inside[:, cruise].any(axis=0).all(), slow[cruise & ~inside.any(axis=0)]
+
+
+@pytest.mark.parametrize(
+    "case",
+    shared(SITL.format("copter/c42_compass_freeze"), SITL.format("plane/p51_compass_freeze")),
+)
+def test_frozen_compass_is_named_where_there_is_no_other(case, tmp_path):
+    log = read(case.path)
+    second = Change({}, np.ones(log["SCALED_IMU2"].stamp.size, np.bool_))
+    path = tmp_path / case.path.name
+    path.write_bytes(rewritten(log, {"SCALED_IMU2": second}))
+    found = analyze(path)
+    assert [f.component for f in found.findings][:1] == ["compass"]
+    still = [g.id for g in found.bank.generators if "compass.stuck_1" in g.faults]
+    assert set(still) & set(found.document()["findings"][0]["evidence"]["residuals"])
