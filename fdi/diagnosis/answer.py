@@ -6,7 +6,7 @@ between take-off and landing, and never after an impact: what breaks then is no 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -151,23 +151,37 @@ def _explained(
     causes: list[tuple[int, tuple[float, float], Cause]] = []
     effects: list[Effect] = []
     for number, (start, end) in enumerate(time_in_air(alarms.residuals.signals)):
-        own: list[Cause] = []
-        follows: list[Effect] = []
-        for episode in episodes(find_runs(alarms, start, end)):
-            found, following = explain_episode(alarms, episode)
-            own += found
-            follows += following
-        bank = alarms.residuals.bank
-        stay = [
-            cause
-            for cause in _merged(own)
-            if not has_passed(cause, end, alarms) and not is_marginal(cause, bank)
-        ]
-        kept = {run for cause in stay for run in cause.runs}
-        causes += [(number, (start, end), cause) for cause in stay]
-        effects += [effect for effect in follows if effect.cause.runs[0] in kept]
+        own, follows = _of_flight(alarms, find_runs(alarms, start, end), end)
+        causes += [(number, (start, end), cause) for cause in own]
+        effects += follows
     causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].share, item[2].component))
     return causes, effects
+
+
+def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Cause], list[Effect]]:
+    """Return the causes of a flight's runs, and what follows.
+
+    What was a passing disturbance or hardly more than noise is no failure, and nothing follows
+    from it: the rest is explained without it.
+    """
+    while True:
+        causes: list[Cause] = []
+        effects: list[Effect] = []
+        for episode in episodes(runs):
+            found, following = explain_episode(alarms, episode)
+            causes += found
+            effects += following
+        causes = _merged(causes)
+        bank = alarms.residuals.bank
+        dropped = {
+            run
+            for cause in causes
+            if has_passed(cause, end, alarms) or is_marginal(cause, bank)
+            for run in cause.runs
+        }
+        if not dropped:
+            return causes, effects
+        runs = [run for run in runs if run not in dropped]
 
 
 def _merged(causes: list[Cause]) -> list[Cause]:

@@ -74,6 +74,33 @@ def test_what_follows_from_a_passing_alarm_is_no_consequence():
     assert found.consequences == ()
 
 
+def test_passing_alarm_does_not_hide_what_fails_after_it():
+    """Alone it would be a cause; after a disturbance in the same episode it seemed its effect."""
+    shown = {"gps": ["x"], "baro": ["x"], "engine": ["y"], "camera": ["y"]}
+    bank = bank_of(model(shown, {"gps": ["engine"]}))
+    passing, failing = row(bank, "GPS.x", "BARO.x"), row(bank, "ENGINE.y", "CAMERA.y")
+    assert accused(44, 90, bank=bank, rows=(failing,)) == ["engine"]
+    found = answer({passing: [(40, 44)], failing: [(44, 90)]}, bank=bank)
+    assert named(found.findings) == ["engine"]
+    assert found.consequences == ()
+
+
+def test_cause_that_shares_its_beginning_with_one_that_is_dropped_gets_no_effect_of_that():
+    """Two causes may begin with the same alarm; the effect of the dropped one had no cause then."""
+    bank = bank_of(model({name: ["x"] for name in "abcde"}, {"a": ["c"]}))
+    pair = {
+        first + second: row(bank, f"{first.upper()}.x", f"{second.upper()}.x")
+        for first, second in ("ab", "ad", "ae", "cd", "ce", "bd", "be", "bc")
+    }
+    begins = {"ab": 20, "ad": 32, "ae": 32, "cd": 33, "ce": 33.5, "bd": 46, "be": 46, "bc": 46}
+    alarms = alarms_of(bank, {pair[k]: [(t, 90)] for k, t in begins.items()}, peak=1.2)
+    strength = alarms.strength.copy()
+    strength[[pair["bd"], pair["be"], pair["bc"]]] *= 5
+    found = diagnose(replace(alarms, strength=strength), bank)
+    assert "b" in named(found.findings)
+    assert {c.because_of for c in found.consequences} <= {f.rank for f in found.findings}
+
+
 @pytest.mark.parametrize(("peak", "counts"), [(1.35, False), (1.45, True)])
 def test_what_is_hardly_more_than_noise_accuses_nobody(peak, counts):
     assert bool(answer(pairs("gps", "x", (40, 80)), peak=peak).findings) == counts
