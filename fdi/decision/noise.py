@@ -112,14 +112,30 @@ def trailing_mean(values: Floats, count: int, least_known: int) -> Floats:
     [nan, 2.0, 3.0, 5.0]
     """
     known = np.isfinite(values)
-    total = np.cumsum(np.where(known, values, 0.0), axis=1)
-    number = np.cumsum(known, axis=1)
     result = np.full(values.shape, np.nan)
     if values.shape[1] < count:
         return result
-    total[:, count:] -= total[:, :-count].copy()
+    total = _trailing_sum(np.where(known, values, 0.0), count)
+    number = np.cumsum(known, axis=1)
     number[:, count:] -= number[:, :-count].copy()
     enough = number >= least_known
     enough[:, : count - 1] = False
     result[enough] = total[enough] / number[enough]
     return result
+
+
+def _trailing_sum(values: Floats, count: int) -> Floats:
+    """Return the sum of the last ``count`` samples of every row, of fewer at the beginning.
+
+    By doubling: as the difference of two running sums, one wild value would spoil all that follow.
+    """
+    total, done = np.zeros(values.shape), 0
+    part, size = values.copy(), 1
+    while True:
+        if count & size:
+            total[:, done:] += part[:, : values.shape[1] - done]
+            done += size
+        if done == count:
+            return total
+        part[:, size:] += part[:, :-size].copy()
+        size *= 2

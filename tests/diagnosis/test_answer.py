@@ -198,7 +198,7 @@ def test_scaled_fault_keeps_its_component_and_its_strength_never_falls(sign):
         assert finding.component == "gps"
         assert finding.onset == 140.0
         strength = alarms.strength[GPS, 560:].max(axis=0)
-        assert (strength >= before).all()
+        assert (strength >= before * (1 - 1e-12)).all()  # sums of means round
         before = strength
 
 
