@@ -41,7 +41,7 @@ CALM_SHARE: Final = 0.4
 SWINGING: Final = 1 / 3
 """Standard deviation of a constant that swings with the vehicle, as a share of what it was."""
 ROUGHER: Final = 3.0
-"""So much more than in its first third a healthy flight may shake later."""
+"""So much more than at first a healthy flight may shake later."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +118,8 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     stray = np.array([one.stray for one in known])
     tolerance = np.maximum(residuals.tolerance, stray)[:, None]
     reference = reference_mask(signals, recipe.reference_s)
-    centre = centres(residuals.values, residuals.allowance, reference)
+    first = reference_mask(signals, recipe.block_s)
+    centre = _constants(residuals, tolerance + recipe.sigmas * residuals.spread, reference, first)
     centre = np.clip(centre, *np.array([one.centre for one in known]).reshape(-1, 2).T)
     centre = np.where(limit, 0.0, centre)
     # what lies on the other side at first is no reference for a test of one side
@@ -128,10 +129,16 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     spread = np.hypot(residuals.spread, SWINGING * np.abs(centre)[:, None] * residuals.swing)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     factor = spread_factors(deviation, spread, airborne_mask(signals), block)
+    # a fault that fills most of the flight must not widen its own threshold
+    early = np.maximum(spread_factors(deviation, spread, reference, block), recipe.least_factor)
+    factor = np.fmin(factor, ROUGHER * early)
     factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
+        # what begins within the reference is a fault and no condition
+        begins = spread_factors(deviation, residuals.spread, first, block // 2)
+        unfit &= ~(begins <= recipe.most_factor)
     supports = np.array([equation.supports for equation in equations], bool)
     always = np.array([equation.always for equation in equations], bool)
     stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
@@ -162,6 +169,28 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
         mean_spread,
         mean_bound,
     )
+
+
+def _constants(
+    residuals: Residuals,
+    threshold: Floats,
+    reference: NDArray[np.bool_],
+    first: NDArray[np.bool_],
+) -> Floats:
+    """Return the constant of each residual: in the reference or, if it moves, in its first block.
+
+    A fault that begins within the reference may fill most of it: what then lies beyond a threshold,
+    (r, n), from where it was at first is no constant, but for one that swings with the vehicle.
+    """
+    values, allowance = residuals.values, residuals.allowance
+    centre, early = (centres(values, allowance, mask) for mask in (reference, first))
+    equations = residuals.bank.system.equations
+    circular = [equations[g.residual].circular for g in residuals.bank.generators]
+    apart = np.abs(np.where(circular, wrap(early - centre), early - centre))
+    told = np.isfinite(values[:, first]).sum(axis=1) >= TOLD * np.count_nonzero(first)
+    stays = ~(residuals.swing > 0).any(axis=1)
+    moves = apart > np.nanmax(threshold[:, first], axis=1, initial=0.0)
+    return np.where(told & stays & moves, early, centre)
 
 
 def keys(residuals: Residuals) -> list[str]:

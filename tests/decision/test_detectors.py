@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.decision.detectors import DETECTORS, persistent
-from fdi.decision.noise import airborne_mask, reference_mask
+from fdi.decision.noise import airborne_mask, reference_mask, trailing_mean
 from fdi.model.parts import Kind
 
 from .build import DEFAULT, PAPER, RATE, flown, residuals, signals
@@ -285,6 +285,19 @@ def test_fault_since_boot_beyond_the_allowance_is_a_condition():
     assert not DEFAULT.decide(residuals(values, allowance=30.0)).alarm.any()
 
 
+@pytest.mark.parametrize("size", [40.0, 4000.0])
+@pytest.mark.parametrize("start", [12, 20])
+def test_fault_that_begins_soon_after_take_off_is_no_condition(start, size):
+    """However large it is, and whether the model allows a constant or none."""
+    values = noise(4 * MINUTE)
+    values[round(start * RATE) :] += size
+    for allowed in (0.0, 2 * size):
+        alarms = DEFAULT.decide(residuals(values, allowance=allowed))
+        assert alarms.unfit.tolist() == [False]
+        assert not alarms.alarm[0, : round(start * RATE)].any()
+        assert alarms.alarm[0, round((start + 2) * RATE) :].mean() > 0.9
+
+
 @pytest.mark.parametrize(("constant", "blamed"), [(1.0, True), (12.0, False)])
 def test_constant_that_swings_excuses_as_much_as_it_was(constant, blamed):
     """Upside down a large constant may be as large on the other side, a small one may not."""
@@ -433,3 +446,22 @@ def test_a_statement_whose_constant_could_not_be_learned_is_not_judged():
     unlearned = np.where(reference, np.nan, given_.values)
     assert not DEFAULT.decide(given_).unfit.any()
     assert DEFAULT.decide(replace(given_, values=unlearned)).unfit.all()
+
+
+@given(st.integers(1, 60), st.integers(1, 70), st.integers(0, 9))
+def test_trailing_mean_is_that_of_the_known_samples(size, count, seed):
+    values = noise(size, seed)
+    values[np.random.default_rng(seed).random(size) < 0.3] = np.nan
+    found = trailing_mean(values[None], count, 2)[0]
+    for i, mean in enumerate(found):
+        window = values[max(0, i - count + 1) : i + 1]
+        known = window[np.isfinite(window)]
+        judged = i + 1 >= count and known.size >= 2
+        assert mean == pytest.approx(known.mean() if judged else np.nan, nan_ok=True)
+
+
+def test_wild_value_spoils_no_mean_that_it_is_not_in():
+    values = np.ones(400)
+    values[100] = 1e30
+    found = trailing_mean(values[None], 40, 1)[0]
+    assert (found[140:] == 1).all()
