@@ -176,6 +176,6 @@ def _check_window(window: tuple[float, float] | None, log: Log) -> None:
     if window is not None and (window[1] < log.span[0] or window[0] > log.span[1]):
         raise UsageError(
             f"the window {window[0]:g}:{window[1]:g} lies outside the log, which spans "
-            f"{log.span[0]:.1f} to {log.span[1]:.1f} s",
+            f"{log.span[0]:z.1f} to {log.span[1]:.1f} s",
             where=log.name,
         )

@@ -208,6 +208,13 @@ def test_a_folder_without_logs_is_told(tmp_path):
         find_logs([str(tmp_path / "*.tlog")])
 
 
+def test_paths_none_of_which_exists_are_told_and_one_of_several_is_a_row(logs, tmp_path):
+    missing = str(tmp_path / "nowhere")
+    with pytest.raises(LogError, match="does not exist"):
+        find_logs([missing])
+    assert missing in find_logs([missing, str(logs)])
+
+
 def test_a_url_of_an_unknown_kind_is_refused():
     pytest.importorskip("fsspec")
     with pytest.raises(UsageError):

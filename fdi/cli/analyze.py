@@ -46,7 +46,7 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
         rate = 0.0
     if not 0 < rate <= 1000:
         raise click.BadParameter(
-            f"{value!r} is neither 'auto' nor a rate from 0 to 1000 Hz", context, option
+            f"{value!r} is neither 'auto' nor a rate above 0 and up to 1000 Hz", context, option
         )
     return rate
 

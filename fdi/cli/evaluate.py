@@ -6,10 +6,13 @@ import os
 from typing import TYPE_CHECKING
 
 import rich_click as click
+from click import get_current_context
+from click.core import ParameterSource
 
 from fdi.cli.completion import FILE
 from fdi.cli.options import NO_PROGRESS, WORKERS, policy_option
 from fdi.cli.output import answer, progress_bar
+from fdi.errors import UsageError
 
 if TYPE_CHECKING:
     from fdi.evaluation.curves import CurveKind
@@ -59,6 +62,10 @@ def evaluate(
     it asks of the healthy flights (take few: --only) how big a fault at each channel of a sensor
     must be to be detected and named.
     """
+    context = get_current_context()
+    for name, option in (("kind", "--kind"), ("moments", "--moments"), ("channels", "--channel")):
+        if not is_injected and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise UsageError(f"{option} is of --inject", hint="give --inject as well")
     from fdi.evaluation import load_labels, select
     from fdi.report import json_text
 

@@ -42,7 +42,9 @@ def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool
     from fdi.telemetry import read
 
     wanted = parse_fault(fault)
-    if out.exists() and (not force or (Path(log).exists() and out.samefile(log))):
+    if out.exists() and Path(log).exists() and out.samefile(log):
+        raise OutputError("is the log itself", where=str(out), hint="name another file")
+    if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")
     write_file(out, injected(read(log), wanted, model=model))
     if not quiet:

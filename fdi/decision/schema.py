@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class SamplingEntry(_Entry):
@@ -20,7 +20,7 @@ class SamplingEntry(_Entry):
     extrapolate: bool = False
     unwrap: bool = True
     hold_discrete: bool = True
-    gap_factor: float = Field(default=3.0, gt=1)
+    gap_factor: float = Field(default=3.0, gt=1, allow_inf_nan=True)
     gap_min_s: float = Field(default=1.0, ge=0)
 
 

@@ -194,6 +194,8 @@ def _moments(log: Log, count: int, until: float | None) -> list[float]:
         raise UsageError("holds no flight into which a fault could be injected", where=log.name)
     low, high = max((flight.airborne for flight in log.flights), key=lambda ends: ends[1] - ends[0])
     span = 0.8 * (min(high, until if until is not None else high) - low)
+    if not span > 0:
+        raise UsageError("holds no flight into which a fault could be injected", where=log.name)
     return [low + span * (k + 1) / (count + 1) for k in range(count)]
 
 

@@ -40,7 +40,7 @@ def injected(log: Log, fault: InjectedFault, *, model: str = "auto") -> bytes:
     if not log.span[0] <= fault.start <= log.span[1]:
         raise UsageError(
             f"the fault begins at {fault.start:g} s, outside the log, which spans "
-            f"{log.span[0]:.1f} to {log.span[1]:.1f} s",
+            f"{log.span[0]:z.1f} to {log.span[1]:.1f} s",
             where=log.name,
         )
     changes: dict[str, Change] = {}

@@ -15,7 +15,8 @@ scale    SIZE times as much                            a factor
 dropout  nothing: the records are not there            the share of records lost; 1 if not given
 ======== ============================================= ====================================
 
-Angles that go round (`ROUND`) are wrapped as their log does, from -pi or from 0.
+Angles that go round (`ROUND`) are wrapped as their log does, from -pi or from 0, `LONGITUDES`
+always from -pi.
 """
 
 from __future__ import annotations
@@ -30,13 +31,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import UsageError
+from fdi.model.evaluate import wrap
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Kind = Literal["bias", "drift", "freeze", "noise", "scale", "dropout"]
 
 KINDS: Final[tuple[str, ...]] = get_args(Kind)
-ROUND: Final = frozenset({"yaw", "cog", "hdg", "heading", "lon", "GCrs", "Yaw", "Lng"})
+ROUND: Final = frozenset({"yaw", "cog", "hdg", "heading", "GCrs", "Yaw"})
+LONGITUDES: Final = frozenset({"lon", "Lng"})
 """Names of fields that are angles over a full circle."""
 _SPEC: Final = re.compile(r"(?P<target>.+):(?P<kind>[a-z]+)(?:=(?P<size>[^@]+))?@(?P<span>.+)")
 _HINT: Final = "write CHANNEL:KIND=SIZE@START:END, e.g. GPS_RAW_INT.alt:bias=15@60:90"
@@ -126,7 +129,10 @@ def faulty(fault: InjectedFault, t: Floats, values: Floats, *, channel: str) -> 
             raise UsageError(f"{channel} reads nothing before {fault.start:g} s that could freeze")
         last = before[np.argmax(t[before])]
         made[holds & np.isfinite(values)] = values[last]
-    if channel.rpartition(".")[2] in ROUND:
+    field = channel.rpartition(".")[2]
+    if field in LONGITUDES:
+        made[holds] = wrap(made[holds])
+    elif field in ROUND:
         made[holds] = _wrapped(made[holds], values)
     return made
 

@@ -119,7 +119,8 @@ def as_stored(raw: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[Any]:
     if kind.kind in "iu":
         limits = np.iinfo(kind)
         # float64 does not hold the largest 64-bit numbers
-        raw = np.clip(np.rint(raw), float(limits.min), float(np.nextafter(limits.max, 0)))
+        most = limits.max if kind.itemsize < 8 else np.nextafter(limits.max, 0)
+        raw = np.clip(np.rint(raw), float(limits.min), float(most))
     return np.ascontiguousarray(raw.astype(kind))
 
 

@@ -121,7 +121,7 @@ def check_folder(out: Path, *, document: str = DOCUMENT, force: bool = False) ->
             )
         if not force and any(target.iterdir()) and not is_ours(target, document):
             raise OutputError(
-                "exists and was not written by fdi",
+                "exists and holds something else",
                 where=str(out),
                 hint="name another folder with --out, or give --force",
             )

@@ -32,6 +32,7 @@ from fdi.report.words import (
     shortened,
     size,
     unit,
+    window,
 )
 from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
@@ -85,6 +86,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         pictures={name: embedded(picture) for name, picture in pictures.items()},
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
+        window_text=window(analysis),
         model_text=analysis.airframe.description,
     )
 

@@ -25,6 +25,7 @@ from fdi.report.words import (
     per_cent,
     plural,
     size,
+    window,
 )
 from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
@@ -120,7 +121,7 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
     tests = plural(len(analysis.bank.generators), "test")
     yield text(
         f"fdi {analysis.version}, model {analysis.airframe.name}, "
-        f"policy {analysis.policy.name}, {tests}{budget(analysis)}"
+        f"policy {analysis.policy.name}{window(analysis)}, {tests}{budget(analysis)}"
     )
     yield text("")
     yield text(analysis.verdict, "bold red" if analysis.findings else "bold")

@@ -175,7 +175,14 @@ def budget(analysis: Analysis) -> str:
     if per_hour is None:
         return ""
     scaled = "" if scale == 1.0 else f" (thresholds times {scale:.2f})"
-    return f", noise may accuse {per_hour:g} times an hour at the most{scaled}"
+    often = "once" if per_hour == 1 else f"{per_hour:g} times"
+    return f", noise may accuse {often} an hour at the most{scaled}"
+
+
+def window(analysis: Analysis) -> str:
+    """Return what part of the log was looked at, nothing if all of it."""
+    asked = analysis.policy.sampling.window
+    return "" if asked is None else f", only {asked[0]:g} to {asked[1]:g} s of the log"
 
 
 def copied(system: System) -> list[str]:

@@ -43,6 +43,8 @@ def find_logs(paths: Sequence[str]) -> tuple[str, ...]:
         if not own:
             raise LogError("holds no log", where=path, hint=f"one ends in {', '.join(SUFFIXES)}")
         found.update(dict.fromkeys(own))
+    if not any("://" in path or os.path.exists(path) for path in found):
+        raise LogError("does not exist", where=paths[0])
     return tuple(found)
 
 

@@ -47,6 +47,8 @@ def test_verbose_tells_the_timings_on_standard_error(run: Run, model: Path) -> N
 
 
 def test_window_and_rate_reach_the_grid(run: Run, model: Path) -> None:
+    said = run("analyze", LOG, "--model", model, "--window", "10:20", "--format", "txt")
+    assert "only 10 to 20 s of the log" in said.out
     words = ("analyze", LOG, "--model", model, "--json", "--window", "10:20", "--rate", "2")
     document = json.loads(run(*words).out)
     assert document["fault_grid"]["t"] == [10 + k / 2 for k in range(21)]

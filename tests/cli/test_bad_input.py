@@ -193,3 +193,21 @@ def test_an_alias_bomb_is_4(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize("option", ["--model", "--policy"])
 def test_what_is_neither_shipped_nor_a_file_is_4(run: Run, option: str) -> None:
     is_told(run("analyze", LOG, option, "nowhere"), 4)
+
+
+def test_options_of_another_way_to_evaluate_are_2(run: Run, tmp_path: Path) -> None:
+    labels = tmp_path / "labels.json"
+    labels.write_text("{}")
+    for option in (("--kind", "drift"), ("--moments", "3"), ("--channel", "ATTITUDE.roll")):
+        ended = run("evaluate", labels, *option)
+        assert ended.code == 2
+        assert f"{option[0]} is of --inject" in ended.err
+
+
+def test_log_is_not_written_over_by_its_own_injection(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(LOG.read_bytes())
+    ended = run("inject", path, "--fault", "gps:bias=1@20", "--out", path, "--force")
+    assert ended.code == 5
+    assert "is the log itself" in ended.err
+    assert path.read_bytes() == LOG.read_bytes()

@@ -71,6 +71,14 @@ def test_wrong_policy_reports_every_problem_with_its_line(tmp_path):
     assert "(and 3 more)" in str(caught.value)
 
 
+@pytest.mark.parametrize("entry", ["sigmas: 5.0", "persistence_s: 1.5", "mean_s: 10.0"])
+def test_endless_figure_is_refused(tmp_path, entry):
+    assert entry in RIGHT
+    endless = RIGHT.replace(entry, entry.partition(":")[0] + ": .inf")
+    with pytest.raises(ModelError, match="finite"):
+        load_policy(written(tmp_path, endless))
+
+
 def test_missing_entry_is_reported_by_name(tmp_path):
     text = RIGHT.replace("tests: mtes+cross_checks\n", "")
     with pytest.raises(ModelError, match=r"own\.yaml:1: tests: Field required"):

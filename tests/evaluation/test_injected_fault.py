@@ -11,6 +11,7 @@ from fdi.evaluation.injected_fault import KINDS, faulty, lost_records, parse_fau
 T = np.arange(0.0, 100.0, 0.5)
 HEALTHY = 3.0 + np.sin(T)
 INSIDE = (T >= 20) & (T <= 40)
+DEGREE = np.pi / 180
 SIZED = sorted(set(KINDS) - {"freeze", "dropout"})
 
 
@@ -121,3 +122,11 @@ def test_what_is_written_is_what_is_meant(target, kind, size, start, lasts):
     fault = parse_fault(f" {target}:{kind}={size}@{start}:{start + lasts} ")
     assert (fault.target, fault.kind, fault.size) == (target, kind, size)
     assert (fault.start, fault.end) == (start, start + lasts)
+
+
+@pytest.mark.parametrize(
+    ("channel", "expected"), [("GPS_RAW_INT.lon", -0.5), ("GPS_RAW_INT.cog", 359.5)]
+)
+def test_longitude_goes_below_zero_and_a_course_round(channel, expected):
+    moved = with_fault(f"bias={-DEGREE}@20", np.full(T.size, 0.5) * DEGREE, channel=channel)
+    assert moved[-1] / DEGREE == pytest.approx(expected)
