@@ -136,9 +136,9 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
-        # what begins within the reference is a fault and no condition
+        # what begins within the reference is a fault and no condition, unless it came with a turn
         begins = spread_factors(deviation, residuals.spread, first, block // 2)
-        unfit &= ~(begins <= recipe.most_factor)
+        unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
     supports = np.array([equation.supports for equation in equations], bool)
     always = np.array([equation.always for equation in equations], bool)
     stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
@@ -188,9 +188,12 @@ def _constants(
     circular = [equations[g.residual].circular for g in residuals.bank.generators]
     apart = np.abs(np.where(circular, wrap(early - centre), early - centre))
     told = np.isfinite(values[:, first]).sum(axis=1) >= TOLD * np.count_nonzero(first)
-    stays = ~(residuals.swing > 0).any(axis=1)
     moves = apart > np.nanmax(threshold[:, first], axis=1, initial=0.0)
-    return np.where(told & stays & moves, early, centre)
+    return np.where(told & moves & ~_swings(residuals), early, centre)
+
+
+def _swings(residuals: Residuals) -> NDArray[np.bool_]:
+    return np.asarray((residuals.swing > 0).any(axis=1))
 
 
 def keys(residuals: Residuals) -> list[str]:
