@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 from fdi.telemetry import Signals
+from fdi.windows import trailing_sum
 
 GAUSSIAN_90: float = 1.645
 """90 % of a standard normal variable lie within this many standard deviations."""
@@ -115,27 +116,10 @@ def trailing_mean(values: Floats, count: int, least_known: int) -> Floats:
     result = np.full(values.shape, np.nan)
     if values.shape[1] < count:
         return result
-    total = _trailing_sum(np.where(known, values, 0.0), count)
+    total = trailing_sum(np.where(known, values, 0.0), count)
     number = np.cumsum(known, axis=1)
     number[:, count:] -= number[:, :-count].copy()
     enough = number >= least_known
     enough[:, : count - 1] = False
     result[enough] = total[enough] / number[enough]
     return result
-
-
-def _trailing_sum(values: Floats, count: int) -> Floats:
-    """Return the sum of the last ``count`` samples of every row, of fewer at the beginning.
-
-    By doubling: as the difference of two running sums, one wild value would spoil all that follow.
-    """
-    total, done = np.zeros(values.shape), 0
-    part, size = values.copy(), 1
-    while True:
-        if count & size:
-            total[:, done:] += part[:, : values.shape[1] - done]
-            done += size
-        if done == count:
-            return total
-        part[:, size:] += part[:, :-size].copy()
-        size *= 2

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
 from fdi.telemetry.signals import TIME
+from fdi.windows import sums_between
 
 Floats = NDArray[np.float64]
 Column = NDArray[Any]
@@ -56,11 +57,10 @@ def _recent(t: Column, values: Column) -> Floats:
     Unknown records do not count; without so many seconds of records before it, it is unknown.
     """
     known = np.isfinite(values)
-    total = np.append(0.0, np.cumsum(np.where(known, values, 0.0)))
-    number = np.append(0, np.cumsum(known))
     first = np.searchsorted(t, t - RECENT_S, side="right")
     last = np.arange(1, len(t) + 1)
-    mean: Floats = _divide(total[last] - total[first], number[last] - number[first])
+    total = sums_between(np.where(known, values, 0.0), first, last)
+    mean: Floats = _divide(total, sums_between(known.astype(float), first, last))
     return np.where(known & (t - t[:1] >= RECENT_S), mean, np.nan)
 
 

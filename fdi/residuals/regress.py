@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
+from fdi.windows import centred_sum
 
 LEAST_KNOWN: Final = 0.5
 """Share of the window; at the ends of a flight part of it is missing."""
@@ -67,17 +68,17 @@ def slope(
     """
     known = np.isfinite(np.sum([*followers, *leaders], axis=0))
     half = max(1, round(window_s / (2 * step)))
-    number = _windowed(known.astype(float), half)
+    number = centred_sum(known.astype(float), half)
     enough = number >= LEAST_KNOWN * (2 * half + 1)
     share = np.divide(1.0, number, where=enough, out=np.full(len(known), np.nan))
     leading, common, following, noise = (np.zeros(len(known)) for _ in range(4))
     for follower, leader, own in zip(followers, leaders, noises, strict=True):
         y, x = _centred(follower, known), _centred(leader, known)
-        mean_y, mean_x = share * _windowed(y, half), share * _windowed(x, half)
-        leading += share * _windowed(x * x, half) - mean_x**2
-        common += share * _windowed(x * y, half) - mean_x * mean_y
-        following += share * _windowed(y * y, half) - mean_y**2
-        noise += share * _windowed(np.where(known, own**2, 0.0), half)
+        mean_y, mean_x = share * centred_sum(y, half), share * centred_sum(x, half)
+        leading += share * centred_sum(x * x, half) - mean_x**2
+        common += share * centred_sum(x * y, half) - mean_x * mean_y
+        following += share * centred_sum(y * y, half) - mean_y**2
+        noise += share * centred_sum(np.where(known, own**2, 0.0), half)
     with np.errstate(divide="ignore", invalid="ignore"):
         value = np.where(leading > 0, common / leading, np.nan)
         left = np.maximum(following - value * common, 0.0)
@@ -87,15 +88,6 @@ def slope(
 
 
 def _centred(values: Floats, known: NDArray[np.bool_]) -> Floats:
-    """Return the known samples about their mean, so that sums of squares stay exact, else 0."""
-    mean = values[known].mean() if known.any() else 0.0
-    return np.where(known, values - mean, 0.0)
-
-
-def _windowed(values: Floats, half: int) -> Floats:
-    """Return the sum over the samples at most ``half`` away."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    places = np.arange(len(values))
-    above = np.minimum(places + half + 1, len(values))
-    sums: Floats = total[above] - total[np.maximum(places - half, 0)]
-    return sums
+    """Return the known samples about their median, so that sums of squares stay exact, else 0."""
+    middle = np.median(values[known]) if known.any() else 0.0
+    return np.where(known, values - middle, 0.0)

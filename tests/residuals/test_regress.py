@@ -68,6 +68,14 @@ def test_unknown_samples_count_in_no_window():
     assert np.isnan(found[101:149]).all()
 
 
+def test_a_wild_value_spoils_its_own_windows_only():
+    x, _ = circle()
+    ground = 1.1 * x
+    ground[60] = 1e30
+    found, _ = slope([ground], [x], [np.zeros(300)], STEP, 10.0)
+    assert found[90:] == pytest.approx(1.1)
+
+
 @pytest.mark.parametrize("size", [0, 1, 2])
 def test_hardly_any_samples_give_nothing_or_the_truth(size):
     x = np.arange(size, dtype=float)
