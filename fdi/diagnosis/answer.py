@@ -67,6 +67,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         ruled_out = _ruled_out(alarms, bank, named | _marked(grid) | bank.system.curtailed)
     raised = int(alarms.alarm.any(axis=1).sum())
     testable = int((alarms.state != -1).any(axis=1).sum())
+    flew = bool(np.any(alarms.residuals.signals.state.airborne))
     return Diagnosis(
         verdict=verdict(
             findings,
@@ -74,11 +75,12 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
             testable=testable,
             tests=len(alarms.state),
             raised=raised,
+            flew=flew,
         ),
         findings=findings,
         consequences=consequences,
         ruled_out=ruled_out,
-        not_testable=_not_testable(alarms, bank, implementable),
+        not_testable=_not_testable(alarms, bank, implementable, flew=flew),
         grid=grid,
         implementable=implementable,
         structural=structural,
@@ -299,7 +301,7 @@ def _by_component(bank: Bank) -> Mapping[str, list[int]]:
 
 
 def _not_testable(
-    alarms: Alarms, bank: Bank, implementable: Isolability
+    alarms: Alarms, bank: Bank, implementable: Isolability, *, flew: bool
 ) -> tuple[NotTestable, ...]:
     system = bank.system
     present = _by_component(bank)
@@ -322,6 +324,7 @@ def _not_testable(
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):
             text = "its tests never had all their inputs"
+            text += "" if flew else ", or hold in the air only"
         else:
             continue
         result.append(NotTestable(name, text))

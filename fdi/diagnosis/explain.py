@@ -177,12 +177,25 @@ def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
 
 
 def verdict(
-    findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int, raised: int
+    findings: tuple[Finding, ...],
+    *,
+    accuses: bool,
+    testable: int,
+    tests: int,
+    raised: int,
+    flew: bool,
 ) -> str:
-    """Return the answer in one sentence.
+    """Return the answer in one sentence, and in another that the vehicle is never seen to fly.
 
     ``testable`` of the ``tests`` were known at some time, ``raised`` of them raised an alarm.
     """
+    answer = _answer(findings, accuses=accuses, testable=testable, tests=tests, raised=raised)
+    return answer if flew else f"{answer} The vehicle is never seen to fly."
+
+
+def _answer(
+    findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int, raised: int
+) -> str:
     if not accuses:
         return "This policy gives a fault grid and accuses no component."
     if not testable:

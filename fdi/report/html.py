@@ -23,6 +23,7 @@ from fdi.report.words import (
     budget,
     clean,
     copied,
+    flown,
     into_flight,
     latencies,
     log_time,
@@ -86,6 +87,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         pictures={name: embedded(picture) for name, picture in pictures.items()},
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
+        flown=flown(analysis.log.flights),
         window_text=window(analysis),
         model_text=analysis.airframe.description,
     )

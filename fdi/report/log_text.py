@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from fdi.report.log_document import rate
 from fdi.report.text import heading, quality_line, table, text
 from fdi.report.timeline import Told, is_grave, told_events, told_text
-from fdi.report.words import at, number, plural, size, span
+from fdi.report.words import at, flown, number, plural, size, span
 from fdi.telemetry import Log, Message
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def _since_boot(boot: float | None) -> str:
 
 
 def _flights(log: Log) -> Iterator[RenderableType]:
-    yield heading(plural(len(log.flights), "flight"))
+    yield heading(flown(log.flights).capitalize())
     if not log.flights:
         yield text("  the vehicle was never seen to fly or to be armed")
         return

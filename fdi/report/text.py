@@ -19,6 +19,7 @@ from fdi.report.words import (
     budget,
     clean,
     copied,
+    flown,
     into_flight,
     latencies,
     log_time,
@@ -115,9 +116,8 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
     log = analysis.log
     formats = " + ".join(one.format for one in log.recordings) or log.format
     about = [formats, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
-    flights = plural(len(log.flights), "flight")
     yield text(log.name, "bold")
-    yield text(f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flights}")
+    yield text(f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flown(log.flights)}")
     tests = plural(len(analysis.bank.generators), "test")
     yield text(
         f"fdi {analysis.version}, model {analysis.airframe.name}, "

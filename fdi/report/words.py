@@ -99,6 +99,21 @@ def _flight(t: float, flights: Sequence[Flight], number: int | None) -> Flight |
     return next((flight for flight in flights if flight.start <= t <= flight.end), None)
 
 
+def flown(flights: Sequence[Flight]) -> str:
+    """Return how many flights a log holds.
+
+    Examples
+    --------
+    >>> from fdi.telemetry import Flight
+    >>> flown([Flight(0, 60), Flight(90, 120)]), flown([]), flown([Flight(0, 60, flew=False)])
+    ('2 flights', 'no flight', 'no flight, armed only')
+    """
+    count = sum(flight.flew for flight in flights)
+    if count:
+        return plural(count, "flight")
+    return "no flight, armed only" if flights else "no flight"
+
+
 def log_time(t: float, log: Log) -> str:
     """Return a time of the log's clock, with UTC where it is known."""
     utc = log.clock.utc(t)

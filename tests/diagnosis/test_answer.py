@@ -108,6 +108,15 @@ def test_component_whose_tests_never_ran_is_told_so():
     assert {item.text for item in found.not_testable} == {"its tests never had all their inputs"}
 
 
+def test_a_vehicle_that_is_never_seen_to_fly_is_told_so():
+    found = answer({}, flights=(Flight(0, 100, flew=False),), unknown={SKY: [(0, 100)]})
+    assert found.verdict.endswith("The vehicle is never seen to fly.")
+    assert {item.text for item in found.not_testable} == {
+        "its tests never had all their inputs, or hold in the air only"
+    }
+    assert "never seen" not in answer({}).verdict
+
+
 LIMITED = model(
     {"monitor": ["load"]},
     {"computer": []},
