@@ -4,8 +4,8 @@ In: logs of healthy flights of one vehicle, and a policy to begin with. Out: ``C
 policy with the thresholds, stated bounds and constants of this vehicle, and the check of it: how
 often each flight is accused by the policy as it was, and by one learned from the others.
 
-Refused are flights of other vehicles or under another model, and a flight on which a component is
-accused by far: that is no healthy one.
+Refused are flights of other vehicles or under another model, and flights that are not healthy: that
+end with an impact, or on which a component is accused by far.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fdi.model.choose import choose_model
 from fdi.residuals import Residuals
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.latency import sample
-from fdi.telemetry import read
+from fdi.telemetry import Log, read
 
 FAR: Final = 4.0
 """So many thresholds beyond what noise explains no flight is taken for a healthy one: those that
@@ -128,6 +128,7 @@ def calibrate(
 def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     assert isinstance(recipe.decision, PredictedSpread)
     log = read(path)
+    _refuse_impacts(log)
     airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
     observed = airframe.observe(log, repeated=recipe.copies == "kept")
     bank = cached_bank(observed, recipe.tests)
@@ -168,6 +169,16 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     )
     hours = seconds / 3600.0
     return Flown(log.name, log.vehicle, airframe.name, residuals, found, hours, warnings)
+
+
+def _refuse_impacts(log: Log) -> None:
+    for flight in log.flights:
+        if flight.impact is not None:
+            raise UsageError(
+                f"is not healthy: it ends with an impact at {flight.impact:.1f} s",
+                where=log.name,
+                hint="leave it out",
+            )
 
 
 def _same_vehicle(first: Flown, other: Flown) -> None:

@@ -112,6 +112,12 @@ def test_a_flight_that_is_not_healthy_is_refused():
 
 
 @needs_flights
+def test_a_flight_that_ends_with_an_impact_is_refused():
+    with pytest.raises(UsageError, match=r"is not healthy: it ends with an impact at \d"):
+        calibrate([SHARED / "crash" / "motor2_lost.bin"])
+
+
+@needs_flights
 def test_a_policy_learned_for_another_model_is_refused(tmp_path):
     path = tmp_path / "plane.yaml"
     path.write_text(policy_text(calibrate(ALFA[:1]).policy))

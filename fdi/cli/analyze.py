@@ -67,7 +67,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 
 
 @click.command(epilog="Example: fdi analyze flight.tlog --model fixed_wing --window 2000:2332")
-@click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=FILE)
 @model_option()
 @policy_option()
 @click.option(

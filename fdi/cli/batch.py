@@ -14,7 +14,7 @@ from fdi.errors import UsageError
 
 
 @click.command(epilog="Example: fdi batch flights/ 'old/*.bin' --out fleet.parquet --workers 4")
-@click.argument("paths", metavar="PATH", nargs=-1, required=True, type=FILE)
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE.parquet", required=True, help="Table."
 )

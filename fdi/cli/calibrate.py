@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command(epilog="Example: fdi calibrate monday.bin tuesday.bin --out heron_3.yaml")
-@click.argument("logs", metavar="LOG", nargs=-1, required=True, type=FILE)
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -43,7 +43,7 @@ def calibrate(
     """Learn from LOGs of healthy flights of one vehicle how its tests behave.
 
     Prints how often these flights are accused now, and by a policy that was learned from the
-    others. A flight on which a component is accused by far is refused.
+    others. Refused is a flight that ends with an impact, or on which a component is accused by far.
     """
     if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")

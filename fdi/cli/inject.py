@@ -33,7 +33,8 @@ from fdi.errors import OutputError
 def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
     """Write LOG with a fault, in the same format, everything else as it was.
 
-    A dropout leaves out the records of the whole message. DataFlash logs in text form are refused.
+    A dropout leaves out the records of the whole message. What a field cannot hold is held at the
+    end of its range. DataFlash logs in text form are refused.
     """
     from fdi.evaluation.inject import injected
     from fdi.evaluation.injected_fault import parse_fault
