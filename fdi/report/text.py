@@ -117,7 +117,9 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
     formats = " + ".join(one.format for one in log.recordings) or log.format
     about = [formats, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
     yield text(log.name, "bold")
-    yield text(f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flown(log.flights)}")
+    yield text(
+        f"{', '.join(item for item in about if item)}; {log.duration:.1f} s, {flown(log.flights)}"
+    )
     tests = plural(len(analysis.bank.generators), "test")
     yield text(
         f"fdi {analysis.version}, model {analysis.airframe.name}, "

@@ -59,15 +59,16 @@ LIFT_FLOOR_M: Final = 0.3  # m: where the climb to LIFT_M began
 FLYING_SPEED: Final = 6.0  # m/s over ground: who arms (or begins the log) so fast is in the air
 FLYING_HEIGHT: Final = 3.0  # m above the place of take-off
 CLIMBED_M: Final = 10.0
+HIGHEST_M: Final = 1e5  # m; more is damage
 IDLE_THROTTLE: Final = 0.1  # of full: below any hover or cruise
 QUIET_S: Final = 3.0  # s of rest at the end that show a landing
 
 _HEIGHTS: Final = (
     ("GLOBAL_POSITION_INT", "relative_alt", 1.0),
     ("LOCAL_POSITION_NED", "z", -1.0),
-    ("VFR_HUD", "alt", 1.0),
-    ("GPS_RAW_INT", "alt", 1.0),
 )
+_ABSOLUTE: Final = (("VFR_HUD", "alt", 1.0), ("GPS_RAW_INT", "alt", 1.0))  # above mean sea level
+_LOWEST: Final = 0.01  # share of the records below the lowest height that is believed
 _CLIMBS: Final = (
     ("VFR_HUD", "climb", 1.0),
     ("GLOBAL_POSITION_INT", "vz", -1.0),
@@ -171,7 +172,7 @@ def _armed(
 
 
 def _motion(messages: Mapping[str, Message]) -> _Motion:
-    t, height = _first(messages, _HEIGHTS)
+    t, height = _heights(messages)
 
     def at_height(sources: tuple[tuple[str, str, float], ...]) -> Floats:
         known_t, values = _first(messages, sources)
@@ -181,11 +182,21 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
 
     climb = at_height(_CLIMBS)
     if t.size > 2 and not np.isfinite(climb).any():
-        with np.errstate(over="ignore", invalid="ignore"):  # damaged heights may be of any size
-            climb = np.gradient(height, t)
+        climb = np.gradient(height, t)
     force = _largest_force(messages, t)
     speed, throttle, state = map(at_height, (_SPEEDS, _THROTTLES, _LANDED_STATES))
     return _Motion(t, height, climb, speed, throttle, state, force)
+
+
+def _heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+    """Return times and heights above the place of take-off; without one, above the lowest."""
+    t, height = _first(messages, _HEIGHTS)
+    is_absolute = not t.size
+    if is_absolute:
+        t, height = _first(messages, _ABSOLUTE)
+    believed = np.abs(height) < HIGHEST_M
+    t, height = t[believed], height[believed]
+    return t, height - np.quantile(height, _LOWEST) if is_absolute and t.size else height
 
 
 def _first(

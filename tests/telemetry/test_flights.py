@@ -49,6 +49,15 @@ def test_log_that_begins_in_the_air_has_no_take_off(load):
     assert flight.airborne[0] == pytest.approx(0.0, abs=0.3)
 
 
+def test_log_that_begins_armed_on_a_high_field_does_not_begin_in_the_air(load):
+    """Only the receiver tells the height, 400 m above the sea."""
+    told = (mav.MAVLINK_MSG_ID_HEARTBEAT, mav.MAVLINK_MSG_ID_GPS_RAW_INT)
+    records = [
+        r for r in BASE.records(until=15.0)[60:] if int.from_bytes(r[15:18], "little") in told
+    ]
+    assert not any(flight.flew for flight in load(b"".join(records)).flights)
+
+
 def test_log_that_ends_in_a_dive_near_the_ground_ends_with_an_impact(load):
     fall = BASE.but(height=60.0, down=8.0)
     log = load(fall.bytes(until=fall.phases()[3] - 1.0))
