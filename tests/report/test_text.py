@@ -114,7 +114,7 @@ def test_of_too_many_events_plain_texts_go_first() -> None:
     chatter = [event(float(i), "text", f"waypoint {i}") for i in range(100)]
     log = replace(
         small_log(),
-        _cache={},
+        _cache={"flights": ()},
         reported=(event(0.0, "mode", "AUTO"), *chatter, event(101.0, "impact", "impact")),
     )
     told, more = told_events(log, 10)
