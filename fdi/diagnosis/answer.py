@@ -20,7 +20,7 @@ from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
-from fdi.diagnosis.passing import has_passed, is_marginal
+from fdi.diagnosis.passing import is_no_failure
 from fdi.diagnosis.ranking import WEIGHING_S, Cause, Effect, explain_episode
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.values import (
@@ -163,8 +163,7 @@ def _explained(
 def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Cause], list[Effect]]:
     """Return the causes of a flight's runs, and what follows.
 
-    What was a passing disturbance or hardly more than noise is no failure, and nothing follows
-    from it: the rest is explained without it.
+    From what is no failure nothing follows: the rest is explained without it.
     """
     while True:
         causes: list[Cause] = []
@@ -174,12 +173,8 @@ def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Ca
             causes += found
             effects += following
         causes = _merged(causes)
-        bank = alarms.residuals.bank
         dropped = {
-            run
-            for cause in causes
-            if has_passed(cause, end, alarms) or is_marginal(cause, bank)
-            for run in cause.runs
+            run for cause in causes if is_no_failure(cause, end, alarms) for run in cause.runs
         }
         if not dropped:
             return causes, effects

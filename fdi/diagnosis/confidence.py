@@ -5,7 +5,8 @@ of them, none below zero: more evidence never makes an accusation less sure. The
 to labelled flights and lie in ``confidence.json`` beside this file, with the command that wrote
 them and what they are worth (``fdi/evaluation/fitting.py``, ``benchmarks/confidence.py``).
 
-Candidates are compared by evidence and findings ordered by onset, never by this number.
+Candidates are compared by evidence and findings ordered by onset, never by this number; what it
+holds for hardly ever right accuses nobody (``passing.py``).
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Which accusations were a passing disturbance, or hardly more than noise, and no failure?
+"""Which accusations were a passing disturbance, hardly more than noise, or rarely right?
 
 A component that failed stays failed, or at least shows it in several ways. What one test or two
 see for a few seconds, and then no more while the flight goes on, is a gust, a manoeuvre or a sample
 gone wrong. A test that sees nothing but changes is left out of this: a step shows there only
 while it happens. Nor is it a failure what nowhere goes clearly beyond what the flight's own noise
-reaches: that level is an estimate itself.
+reaches: that level is an estimate itself. And what on such grounds was hardly ever right accuses
+nobody.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from typing import Final
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import QUIET
+from fdi.diagnosis.confidence import grounds_of, load_confidence
 from fdi.diagnosis.ranking import Cause
+from fdi.diagnosis.weighing import concerns
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 
@@ -29,6 +32,29 @@ CLEARLY: Final = 1.4
 """Times its threshold. The level of noise comes from a few blocks of the flight, so it is uncertain
 itself; of the right accusations on labelled flights that rest on tests of noise the weakest reached
 1.7, and of the wrong ones three did not reach 1.35."""
+
+LEAST_CONFIDENCE: Final = 0.1
+"""Who accuses on such grounds is wrong nine times of ten."""
+
+
+def is_no_failure(cause: Cause, end: float, alarms: Alarms) -> bool:
+    """Return whether a cause is no failure: it has passed, is marginal or is unlikely.
+
+    Parameters
+    ----------
+    cause : Cause
+    end : float
+        s, of what counts of the flight.
+    alarms : Alarms
+        Of which the runs are.
+    """
+    bank = alarms.residuals.bank
+    return has_passed(cause, end, alarms) or is_marginal(cause, bank) or is_unlikely(cause, bank)
+
+
+def is_unlikely(cause: Cause, bank: Bank) -> bool:
+    """Return whether accusations on such grounds are hardly ever right."""
+    return load_confidence().confidence(grounds_of(cause, concerns(bank))) < LEAST_CONFIDENCE
 
 
 def has_passed(cause: Cause, end: float, alarms: Alarms) -> bool:

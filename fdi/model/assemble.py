@@ -222,7 +222,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             window=quantity(entry.window or 0.0, dimension("s")),
             offset=quantity(entry.offset, unit),
             side=entry.side,
-            swings=entry.swings,
+            swings=quantity(entry.swings, unit),
             scale=entry.scale,
             supports=entry.supports,
             suspects=tuple(entry.suspects),

@@ -109,9 +109,10 @@ class Equation:
         A constant by which the two sides may differ in health, learned from the flight's beginning.
     side : str
         ``above`` or ``below``: only a left side that is so against the right one is a violation.
-    swings : bool
-        The constant turns with the vehicle: where its left side has turned by an angle since the
-        flight's beginning, the two may differ otherwise by as much as they did then.
+    swings : float
+        Above zero where the constant turns with the vehicle: where its left side has turned by an
+        angle since the flight's beginning, the two may differ otherwise by as much as they did
+        then, and by this standard deviation, rad.
     scale : float
         Share of the change of its left side since the flight's beginning by which that may be off.
     supports : bool
@@ -135,7 +136,7 @@ class Equation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
-    swings: bool = False
+    swings: float = 0.0
     scale: float = 0.0
     supports: bool = False
     always: bool = False

@@ -82,7 +82,7 @@ class EquationEntry(_Entry):
     window: Quantity | None = None
     offset: Quantity = 0.0
     side: Literal["", "above", "below"] = ""
-    swings: bool = False
+    swings: Quantity = 0.0
     scale: float = Field(default=0.0, ge=0)
     supports: bool = False
 

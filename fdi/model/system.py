@@ -49,7 +49,7 @@ class SystemEquation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
-    swings: bool = False
+    swings: float = 0.0
     scale: float = 0.0
     supports: bool = False
     always: bool = False

@@ -291,10 +291,11 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         left = column if equation.left.name in node.variables else given[equation.left.name]
         variable = system.variables[equation.left.name]
         change = _since_beginning(left, context, variable.circular)
-        if equation.scale:
-            effects["noise", -1 - node.equation, 0] = equation.scale * np.abs(change)
+        turned = 2 * np.abs(np.sin(change / 2))
+        off = equation.swings * turned if equation.swings else equation.scale * np.abs(change)
+        effects["noise", -1 - node.equation, 0] = off
         if equation.swings:
-            effects["swing", -1 - node.equation, 0] = 2 * np.abs(np.sin(change / 2))
+            effects["swing", -1 - node.equation, 0] = turned
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return Value(column, effects, ahead)
 

@@ -1,10 +1,10 @@
-"""What passes is no failure; what lasts, ends the flight, or is seen in many ways may be one."""
+"""What passes or is hardly ever right is no failure; what lasts or many tests see may be one."""
 
 from dataclasses import replace
 
 import pytest
 
-from fdi.diagnosis import diagnose
+from fdi.diagnosis import diagnose, passing
 
 from .build import alarms_of, bank_of, limit_row, model, named, row
 from .test_ranking import BANK, answer, pairs
@@ -104,6 +104,13 @@ def test_cause_that_shares_its_beginning_with_one_that_is_dropped_gets_no_effect
 @pytest.mark.parametrize(("peak", "counts"), [(1.35, False), (1.45, True)])
 def test_what_is_hardly_more_than_noise_accuses_nobody(peak, counts):
     assert bool(answer(pairs("gps", "x", (40, 80)), peak=peak).findings) == counts
+
+
+def test_what_is_hardly_ever_right_accuses_nobody(monkeypatch):
+    (found,) = answer(pairs("gps", "x", (40, 80))).findings
+    for least, accused in ((0.99 * found.confidence, ["gps"]), (1.01 * found.confidence, [])):
+        monkeypatch.setattr(passing, "LEAST_CONFIDENCE", least)
+        assert named(answer(pairs("gps", "x", (40, 80))).findings) == accused
 
 
 def test_strong_suspicion_does_not_make_up_for_a_marginal_test_of_its_own():

@@ -125,7 +125,7 @@ BAD = {  # what to replace, by what, what is said, in which line
     "unused variable": ("  x: {unit: m}", "  x: {unit: m}\n  z: {unit: m}", "'z' is in no eq", 6),
     "nothing to identify": ("value: 5, ", "", "neither a value nor anything", 7),
     "solves a stranger": ("fault: stuck", "solves: [x], fault: stuck", "solves x, which", 10),
-    "swings without an angle": ("fault: stuck", "offset: 1, swings: true, fault: s", "angle", 10),
+    "swings without an angle": ("fault: stuck", "offset: 1, swings: 1 m, fault: s", "angle", 10),
     "duplicate key": ("  x: {unit: m}", "  x: {unit: m}\n  x: {unit: m}", "duplicate key 'x'", 6),
     "unknown key": ("source: brochure", "sauce: brochure", "sauce: unknown key", 7),
     "wrong type": ("value: 5", "value: much", "value: Input should be", 7),

@@ -191,7 +191,7 @@ def test_scale_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_pat
 
 def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):
     """Against the first heading by twice itself, a quarter turn off it by 1.4 times."""
-    text = GLIDER.replace("solves: [course]", "solves: [course], offset: 20 deg, swings: true")
+    text = GLIDER.replace("solves: [course]", "solves: [course], offset: 20 deg, swings: 3 deg")
     bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
     turned = np.linspace(0, 2 * np.pi, 400).clip(0.1) - 0.1
     heading = (3.1 + turned + np.pi) % (2 * np.pi) - np.pi  # begins beside the seam
@@ -204,7 +204,11 @@ def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):
     (held,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == "k_2"]
     early = turned[: round(20 * RATE)]
     since = turned - np.angle(np.exp(1j * early).mean())
-    assert found.swing[held] == pytest.approx(2 * np.abs(np.sin(since / 2)), abs=1e-6)
+    swing = 2 * np.abs(np.sin(since / 2))
+    assert found.swing[held] == pytest.approx(swing, abs=1e-6)
+    assert found.spread[held] ** 2 - found.spread[held, 0] ** 2 == pytest.approx(
+        np.radians(3) ** 2 * (swing**2 - swing[0] ** 2), abs=1e-4
+    )
     assert (np.delete(found.swing, held, axis=0) == 0).all()
 
 
