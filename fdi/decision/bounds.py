@@ -128,11 +128,7 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     deviation = np.maximum(size - tolerance, 0.0)
     spread = np.hypot(residuals.spread, SWINGING * np.abs(centre)[:, None] * residuals.swing)
     block = max(3, round(recipe.block_s * signals.rate_hz))
-    factor = spread_factors(deviation, spread, airborne_mask(signals), block)
-    # a fault that fills most of the flight must not widen its own threshold
-    early = np.maximum(spread_factors(deviation, spread, reference, block), recipe.least_factor)
-    factor = np.fmin(factor, ROUGHER * early)
-    factor = np.clip(np.nan_to_num(factor, nan=1.0), recipe.least_factor, recipe.most_factor)
+    factor = _factors(deviation, spread, (airborne_mask(signals), reference), block, recipe)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
@@ -169,6 +165,24 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
         mean_spread,
         mean_bound,
     )
+
+
+def _factors(
+    deviation: Floats,
+    spread: Floats,
+    where: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    block: int,
+    recipe: PredictedSpread,
+) -> Floats:
+    """Return by what each stated spread is off ``where`` the vehicle flies, and in the reference.
+
+    A fault that fills most of the flight must not widen its own threshold.
+    """
+    factor, early = (spread_factors(deviation, spread, mask, block) for mask in where)
+    factor = np.fmin(factor, ROUGHER * np.maximum(early, recipe.least_factor))
+    known = np.nan_to_num(factor, nan=1.0)
+    kept: Floats = np.clip(known, recipe.least_factor, recipe.most_factor)
+    return kept
 
 
 def _constants(
