@@ -139,10 +139,10 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     always = np.array([equation.always for equation in equations], bool)
     stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
     unfit = np.where(limit | supports, stands, unfit)
-    # where the constant that a statement allows could not be learned, nothing is held against it
-    unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
+    # where the constant that is allowed could not be learned, nothing is held against the test
+    told = np.isfinite(residuals.values[:, reference]).sum(axis=1)
     has_constant = (np.nan_to_num(residuals.allowance) > 0).any(axis=1)
-    unfit |= stated & ~limit & has_constant & unlearned
+    unfit |= ~limit & has_constant & (told < TOLD * recipe.reference_s * signals.rate_hz)
     unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)

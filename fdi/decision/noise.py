@@ -39,11 +39,14 @@ def settled_mask(signals: Signals) -> NDArray[np.bool_]:
 
 
 def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
-    """Return the stretch from which offsets are taken: the first seconds in the air."""
+    """Return the stretch from which offsets are taken: the first seconds in the air, settled."""
     flying = airborne_mask(signals)
     if not len(flying):
         return flying
-    start = signals.t[np.argmax(flying)] + SETTLING_S
+    first = signals.t[np.argmax(flying)]
+    # a window of a flight may begin long after its take-off
+    begins = [flight.airborne[0] for flight in signals.flights if flight.airborne[0] <= first]
+    start = max(first, max(begins, default=first) + SETTLING_S)
     return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))
 
 

@@ -318,6 +318,24 @@ def test_centre_is_taken_in_the_air_and_after_settling():
     assert given_.t[mask][[0, -1]].tolist() == [65.0, 84.75]
 
 
+@pytest.mark.parametrize(("seconds", "judged"), [(9, False), (11, True)])
+def test_constant_that_could_not_be_learned_is_not_held_against_a_test(seconds, judged):
+    """A window in the middle of a flight, too short to tell what is normal there."""
+    given_ = {"flights": flown(-90.0, 200.0)}
+    values = 12.0 + noise(round(seconds * RATE))
+    assert DEFAULT.decide(residuals(values, allowance=15.0, **given_)).unfit.tolist() == [
+        not judged
+    ]
+    assert not DEFAULT.decide(residuals(values - 12.0, **given_)).unfit.any()
+
+
+def test_window_of_a_flight_needs_no_settling():
+    given_ = signals(MINUTE, flights=flown(-90.0, 200.0))
+    assert given_.t[reference_mask(given_, 20.0)][[0, -1]].tolist() == [0.0, 19.75]
+    soon = signals(MINUTE, flights=flown(-2.0, 200.0))
+    assert soon.t[reference_mask(soon, 20.0)][0] == 3.0
+
+
 def test_vehicle_that_never_flies_is_judged_all_the_time():
     assert airborne_mask(signals(40)).all()
 
