@@ -41,7 +41,9 @@ from fdi.telemetry import Flight, Signals
 MERGE_S = 15.0
 """A component accused again within this time is one finding: its alarms merely paused."""
 KNOWN_SHARE = 0.8
-"""A test rules out only if it was known for at least this share of the time in the air."""
+KNOWN_S = 2.0
+"""A test rules out only if it was known for at least this share of the time in the air, and this
+long: an alarm needs 1.25 s."""
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
@@ -262,9 +264,11 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
 
 def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, ...]:
     """Return the components all of whose testable faults have a test that ran and stayed quiet."""
-    flying = airborne_mask(alarms.residuals.signals)
-    known = (alarms.state[:, flying] != -1).sum(axis=1) / max(1, flying.sum())
-    quiet = (known >= KNOWN_SHARE) & ~alarms.alarm.any(axis=1)
+    signals = alarms.residuals.signals
+    flying = airborne_mask(signals)
+    known = (alarms.state[:, flying] != -1).sum(axis=1)
+    least = max(KNOWN_SHARE * flying.sum(), KNOWN_S * signals.rate_hz)
+    quiet = (known >= least) & ~alarms.alarm.any(axis=1)
     holds = bank.incidence
     result = []
     for component, columns in _by_component(bank).items():

@@ -42,6 +42,13 @@ def test_test_that_was_mostly_unknown_rules_nothing_out():
         assert ({"sun", "star"} <= set(named(found.ruled_out))) == out
 
 
+@pytest.mark.parametrize(("end", "cleared"), [(1.5, False), (3.0, True)])
+def test_what_ran_for_a_moment_rules_nothing_out(end, cleared):
+    """An alarm would have needed as long."""
+    found = answer({}, flights=(Flight(0, end, takeoff=0.0),))
+    assert bool(found.ruled_out) == cleared
+
+
 def test_time_on_the_ground_does_not_count_for_or_against_a_test():
     """Half of the log stands still; what tests of flight say in the other half is enough."""
     flights = (Flight(0, 100, takeoff=50),)
