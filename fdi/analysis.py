@@ -12,7 +12,7 @@ from fdi.decision import Policy, load_policy
 from fdi.diagnosis import decide_within_budget, diagnose
 from fdi.errors import ModelError, UsageError
 from fdi.model import Airframe, load_airframe
-from fdi.model.choose import choose_model, is_general
+from fdi.model.choose import choose_model, is_general, made_for
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
 from fdi.residuals import Bank
@@ -164,6 +164,9 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
             f"no shipped model is made for a vehicle of type {log.vehicle}: {airframe.name} knows "
             "what all have in common, no motors, engine or control surfaces"
         )
+    fitting = made_for(airframe.name)
+    if fitting and not is_general(airframe.name) and log.vehicle not in fitting:
+        yield f"{airframe.name} is a model of {', '.join(fitting)}, and the log is of {log.vehicle}"
     moved = moved_motors(log.parameters) if log.autopilot == "ardupilot" else {}
     moved = {motor: on for motor, on in moved.items() if f"motor_{motor}" in airframe.components}
     if moved:

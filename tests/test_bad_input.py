@@ -16,6 +16,9 @@ import pytest
 from flights import EXAMPLES, joined, records
 from telemetry.build import Flight, mav, record
 
+from fdi.analysis import analyze
+from fdi.errors import UsageError
+
 FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
 LOG = EXAMPLES / "copter_motor_failure_crash.tlog"
 LIMIT_S = 30
@@ -382,3 +385,24 @@ def test_folder_of_somebody_else_is_left_alone(run):
     folder.joinpath("mine").write_text("")
     assert_refused(run("analyze", LOG, "--format", "json"), OUTPUT_REFUSED)
     assert [entry.name for entry in folder.iterdir()] == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"budget": 0}, "the budget 0 is no number above zero"),
+        ({"rate": "x"}, "the rate 'x' is no number above zero"),
+        ({"rate": 0.0}, "the rate 0.0 is no number above zero"),
+        ({"window": "20:30"}, "the window '20:30' is no two times"),
+        ({"window": (30.0, 20.0)}, "is no two times, s, in order"),
+    ],
+)
+def test_an_argument_that_means_nothing_is_refused_in_one_line(wrong, said):
+    with pytest.raises(UsageError, match=said):
+        analyze(LOG, **wrong)
+
+
+def test_a_model_of_another_vehicle_is_used_with_a_warning():
+    told = analyze(LOG, model="hexacopter").warnings
+    assert "hexacopter is a model of hexa, and the log is of quad" in told
+    assert not [line for line in analyze(LOG, model="any_vehicle").warnings if "model of" in line]

@@ -11,6 +11,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite
+from numbers import Real
 from pathlib import Path
 from typing import Any, Literal
 
@@ -83,11 +84,20 @@ class Policy:
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None
     ) -> Policy:
-        """Return the policy with a window, s of the log's clock, and a rate where one is given."""
+        """Return the policy with a window, s of the log's clock, and a rate where one is given.
+
+        Raises
+        ------
+        UsageError
+            The window is no two times in order, or the rate no number above zero.
+        """
         sampling = self.sampling
         if window is not None:
+            if len(window) != 2 or not all(map(_is_number, window)) or not window[0] <= window[1]:
+                raise UsageError(f"the window {window!r} is no two times, s, in order")
             sampling = replace(sampling, window=window)
         if rate_hz is not None:
+            _check_positive("rate", rate_hz)
             sampling = replace(sampling, rate_hz=rate_hz)
         return replace(self, sampling=sampling)
 
@@ -97,10 +107,11 @@ class Policy:
         Raises
         ------
         UsageError
-            The policy decides in a way that has no budget.
+            The policy decides in a way that has no budget, or that is no number above zero.
         """
         if budget_per_hour is None:
             return self
+        _check_positive("budget", budget_per_hour)
         if not isinstance(self.decision, PredictedSpread):
             raise UsageError(
                 f"the policy {self.name} has no budget: its tests fire on a fixed share of samples",
@@ -113,6 +124,15 @@ class Policy:
     def budget_per_hour(self) -> float | None:
         """Return how many false accusations by noise a flight hour may hold, None for unstated."""
         return getattr(self.decision, "budget_per_hour", None)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and isfinite(value)
+
+
+def _check_positive(what: str, value: object) -> None:
+    if not (isinstance(value, Real) and isfinite(value) and float(value) > 0):
+        raise UsageError(f"the {what} {value!r} is no number above zero")
 
 
 def shipped_policies() -> tuple[str, ...]:

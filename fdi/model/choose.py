@@ -38,7 +38,12 @@ def choose_model(log: Log) -> str:
 
 def is_general(name: str) -> bool:
     """Return whether a shipped model is for vehicles that have none of their own."""
-    return name in shipped_models() and "other" in vehicles_of(find_model(name))
+    return "other" in made_for(name)
+
+
+def made_for(name: str) -> tuple[str, ...]:
+    """Return the vehicle types that a shipped model is made for; none for other models."""
+    return vehicles_of(find_model(name)) if name in shipped_models() else ()
 
 
 def vehicles_of(path: Path) -> tuple[str, ...]:
