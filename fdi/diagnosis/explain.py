@@ -203,8 +203,8 @@ def _answer(
     if not findings:
         if raised:
             return (
-                f"No component is accused: {raised} of {tests} tests raised alarms, but none in "
-                "the air that a component explains."
+                f"No component is accused: {raised} of {tests} tests raised alarms, but no "
+                "component's failure explains them well enough."
             )
         ran = (
             f"all {tests} tests" if testable == tests else f"{testable} of {tests} tests could run"

@@ -22,6 +22,7 @@ from fdi.report.words import (
     flown,
     into_flight,
     latencies,
+    left_open,
     log_time,
     per_cent,
     plural,
@@ -106,6 +107,7 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     yield from _consequences(analysis)
     yield from _ruled_out(analysis)
     yield from _not_testable(analysis)
+    yield from _left_open(analysis)
     yield from _data(analysis)
     if folder is not None:
         yield heading("Report")
@@ -202,6 +204,15 @@ def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
         "Not testable with this telemetry",
         [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()],
     )
+
+
+def _left_open(analysis: Analysis) -> Iterator[RenderableType]:
+    names = left_open(analysis)
+    if names:
+        yield heading(
+            "Open: alarms that accuse nobody concern them, or no test of a part of them ran"
+        )
+        yield _indented(", ".join(names))
 
 
 def _data(analysis: Analysis) -> Iterator[RenderableType]:

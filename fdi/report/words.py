@@ -100,18 +100,43 @@ def _flight(t: float, flights: Sequence[Flight], number: int | None) -> Flight |
 
 
 def flown(flights: Sequence[Flight]) -> str:
-    """Return how many flights a log holds.
+    """Return how many flights a log holds, and how the last one ends unless it lands.
 
     Examples
     --------
     >>> from fdi.telemetry import Flight
-    >>> flown([Flight(0, 60), Flight(90, 120)]), flown([]), flown([Flight(0, 60, flew=False)])
-    ('2 flights', 'no flight', 'no flight, armed only')
+    >>> flown([Flight(0, 60, landing=50), Flight(90, 120, landing=110)]), flown([Flight(0, 60)])
+    ('2 flights', '1 flight, which is not seen to land')
+    >>> flown([Flight(0, 60, impact=59, impact_speed=9.0)])
+    '1 flight, which ends with an impact at 9.0 m/s (log 59.0 s)'
+    >>> flown([]), flown([Flight(0, 60, flew=False)])
+    ('no flight', 'no flight, armed only')
     """
-    count = sum(flight.flew for flight in flights)
-    if count:
-        return plural(count, "flight")
-    return "no flight, armed only" if flights else "no flight"
+    made = [flight for flight in flights if flight.flew]
+    if not made:
+        return "no flight, armed only" if flights else "no flight"
+    last = made[-1]
+    count = plural(len(made), "flight")
+    which = "the last of which" if len(made) > 1 else "which"
+    if last.impact is not None:
+        speed = "" if last.impact_speed is None else f" at {last.impact_speed:.1f} m/s"
+        return f"{count}, {which} ends with an impact{speed} (log {at(last.impact)} s)"
+    return count if last.landing is not None else f"{count}, {which} is not seen to land"
+
+
+def left_open(analysis: Analysis) -> list[str]:
+    """Return the components that are neither accused nor cleared, nor beyond this telemetry."""
+    if not analysis.policy.accuse:
+        return []
+    found = analysis.diagnosis
+    told = {
+        item.component
+        for items in (found.findings, found.consequences, found.ruled_out, found.not_testable)
+        for item in items
+    } | {name for finding in found.findings for name in finding.inseparable_from}
+    return [
+        name for name in analysis.system.components if name not in told and name != "outside_model"
+    ]
 
 
 def log_time(t: float, log: Log) -> str:
