@@ -6,12 +6,15 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
+
+import numpy as np
 
 from fdi import __version__
 from fdi.decision import Policy, load_policy
 from fdi.diagnosis import decide_within_budget, diagnose
 from fdi.errors import ModelError, UsageError
-from fdi.model import Airframe, load_airframe
+from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model, is_general, made_for
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
@@ -22,6 +25,11 @@ from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
 
 Progress = Callable[[str, float], None]
+
+STOPPED_S: Final = 10.0
+"""A message that is missing for so long while others go on has stopped (chosen)."""
+LEAST_RECORDS: Final = 20
+"""Of fewer nobody expects the next."""
 
 
 class _Watch:
@@ -104,7 +112,11 @@ def analyze(
             lags=recipe.latencies == "estimated",
             accuracies=recipe.accuracies == "reported",
         )
-    told = (*_choice(log, system), *_fit(log, airframe, chosen=str(model) == "auto"))
+    told = (
+        *_choice(log, system),
+        *_fit(log, airframe, chosen=str(model) == "auto"),
+        *_stopped(log, observed),
+    )
     with watch.stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
     with watch.stage("decide", 0.8):
@@ -172,6 +184,18 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
     if moved:
         where = ", ".join(f"motor {motor} is on output {on}" for motor, on in moved.items())
         yield f"{where}; the model takes output n for motor n: its motor_n is what output n drives"
+
+
+def _stopped(log: Log, system: System) -> Iterator[str]:
+    """Yield the messages of the model that stop long before the last of them."""
+    used = {source: log[source].t for source in sorted({r.channel.source for r in system.channels})}
+    end = max((t[-1] for t in used.values() if len(t)), default=0.0)
+    for source, t in used.items():
+        if len(t) >= LEAST_RECORDS and end - t[-1] > max(STOPPED_S, 5 * np.median(np.diff(t))):
+            yield (
+                f"{source} stops at {t[-1]:.1f} s, {end - t[-1]:.1f} s before the other messages "
+                "do: what it shows is unknown from then on"
+            )
 
 
 def _check_window(window: tuple[float, float] | None, log: Log) -> None:

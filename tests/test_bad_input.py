@@ -18,6 +18,9 @@ from telemetry.build import Flight, mav, record
 
 from fdi.analysis import analyze
 from fdi.errors import UsageError
+from fdi.evaluation.inject import injected
+from fdi.evaluation.injected_fault import parse_fault
+from fdi.telemetry import read
 
 FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
 LOG = EXAMPLES / "copter_motor_failure_crash.tlog"
@@ -406,3 +409,12 @@ def test_a_model_of_another_vehicle_is_used_with_a_warning():
     told = analyze(LOG, model="hexacopter").warnings
     assert "hexacopter is a model of hexa, and the log is of quad" in told
     assert not [line for line in analyze(LOG, model="any_vehicle").warnings if "model of" in line]
+
+
+def test_a_message_that_stops_while_others_go_on_is_told(tmp_path):
+    path = tmp_path / "silent.tlog"
+    path.write_bytes(injected(read(LOG), parse_fault("GPS_RAW_INT.alt:dropout@15")))
+    told = [line for line in analyze(path).warnings if " stops at " in line]
+    assert len(told) == 1
+    assert told[0].startswith("GPS_RAW_INT stops at 1")
+    assert not [line for line in analyze(LOG).warnings if " stops at " in line]
