@@ -43,7 +43,7 @@ MERGE_S = 15.0
 KNOWN_SHARE = 0.8
 KNOWN_S = 2.0
 """A test rules out only if it was known for at least this share of the time in the air, and this
-long: an alarm needs 1.25 s."""
+long: an alarm needs 1.5 s."""
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
