@@ -140,9 +140,10 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
     unfit = np.where(limit | supports, stands, unfit)
     # where the constant that is allowed could not be learned, nothing is held against the test
-    told = np.isfinite(residuals.values[:, reference]).sum(axis=1)
+    unlearned = stated & ~np.isfinite(residuals.values[:, reference]).any(axis=1)
+    is_short = np.count_nonzero(reference) < TOLD * recipe.reference_s * signals.rate_hz
     has_constant = (np.nan_to_num(residuals.allowance) > 0).any(axis=1)
-    unfit |= ~limit & has_constant & (told < TOLD * recipe.reference_s * signals.rate_hz)
+    unfit |= ~limit & has_constant & (unlearned | is_short)
     unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)
