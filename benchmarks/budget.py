@@ -22,18 +22,17 @@ from typing import Final
 
 import numpy as np
 
+from fdi.chain import residuals_of
 from fdi.decision import load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import Bounds, learn
-from fdi.decision.detectors import judge
-from fdi.diagnosis.answer import accusations, time_in_air
-from fdi.diagnosis.budget import Noise, accusing_rules, noise_of, scale_for, simulated
+from fdi.decision.budget import Noise, accusing_rules, noise_of, scale_for, simulated
+from fdi.decision.judging import judge
+from fdi.diagnosis.answer import accusations
 from fdi.errors import FdiError
-from fdi.model import load_airframe
-from fdi.model.choose import choose_model
 from fdi.residuals import Residuals
-from fdi.residuals.cache import cached_bank
 from fdi.telemetry import Flight, read
+from fdi.telemetry.airtime import time_in_air
 
 ROOT = Path(__file__).resolve().parents[1]
 FLIGHTS = ROOT.parent / "shared" / "flights"
@@ -71,11 +70,7 @@ class Subject:
     def __init__(self, path: Path) -> None:
         self.policy = load_policy("default")
         self.recipe = self.policy.decision
-        log = read(path)
-        system = load_airframe(choose_model(log)).observe(log)
-        bank = cached_bank(system, self.policy.tests)
-        signals = log.signals(system.channels, self.policy.sampling)
-        self.residuals = bank.evaluate(signals, self.policy.differentiation)
+        self.residuals = residuals_of(read(path), policy=self.policy).residuals
         self.bounds = learn(self.residuals, self.recipe)
         self.alarms = judge(self.residuals, self.bounds, self.recipe, USE)
         self.noise = noise_of(self.alarms, self.bounds)

@@ -27,7 +27,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fdi
-from fdi.diagnosis.answer import in_air
 from fdi.diagnosis.episodes import find_runs
 from fdi.model import Airframe, System
 from fdi.model.dimensions import dimension, dimension_of
@@ -37,6 +36,7 @@ from fdi.model.parts import Kind
 from fdi.residuals import Bank, Generator
 from fdi.result import Analysis
 from fdi.telemetry import Log
+from fdi.telemetry.airtime import in_air
 from fdi.units import customary
 
 ROOT = Path(__file__).resolve().parents[1]

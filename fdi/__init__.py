@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fdi.analysis import analyze
+    from fdi.chain import residuals_of
     from fdi.decision import load_policy
     from fdi.diagnosis import diagnose
     from fdi.errors import FdiError, LogError, ModelError, OutputError, UsageError
@@ -32,6 +33,7 @@ _HOMES = {
     "load_airframe": "fdi.model",
     "load_policy": "fdi.decision",
     "read": "fdi.telemetry",
+    "residuals_of": "fdi.chain",
 }
 
 __version__ = "0.1.0"
@@ -48,6 +50,7 @@ __all__ = [
     "load_airframe",
     "load_policy",
     "read",
+    "residuals_of",
 ]
 
 

@@ -11,16 +11,14 @@ from typing import Final
 import numpy as np
 
 from fdi import __version__
-from fdi.decision import Policy, load_policy
-from fdi.diagnosis import decide_within_budget, diagnose
-from fdi.errors import ModelError, UsageError
-from fdi.model import Airframe, System, load_airframe
-from fdi.model.choose import choose_model, is_general, made_for
+from fdi.chain import residuals_of
+from fdi.decision import load_policy
+from fdi.diagnosis import diagnose
+from fdi.errors import UsageError
+from fdi.model import Airframe, System
+from fdi.model.choose import is_general, made_for
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
-from fdi.residuals import Bank
-from fdi.residuals.cache import cached_bank
-from fdi.residuals.latency import sample
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
 
@@ -95,46 +93,29 @@ def analyze(
     with watch.stage("read", 0.05):
         paths = [path] if isinstance(path, (str, Path)) else path
         log = join([read(one, system=system) for one in paths])
-    with watch.stage("observe", 0.3):
-        airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
-        observed = airframe.observe(log, repeated=recipe.copies == "kept")
-    with watch.stage("derive", 0.4):
-        bank = cached_bank(observed, recipe.tests)
-    _check_bank(bank, log)
-    _check_vehicle(recipe, airframe.name)
     _check_window(window, log)
-    with watch.stage("sample", 0.5):
-        signals, lags = sample(
-            log,
-            bank,
-            recipe.sampling,
-            recipe.differentiation,
-            lags=recipe.latencies == "estimated",
-            accuracies=recipe.accuracies == "reported",
-        )
+    chain = residuals_of(log, model, recipe, stage=watch.stage)
+    with watch.stage("decide", 0.8):
+        alarms = recipe.decide(chain.residuals)
+    with watch.stage("diagnose", 0.9):
+        diagnosis = diagnose(alarms, chain.bank)
     told = (
         *_choice(log, system),
-        *_fit(log, airframe, chosen=str(model) == "auto"),
-        *_stopped(log, observed),
+        *_fit(log, chain.airframe, chosen=str(model) == "auto"),
+        *_stopped(log, chain.system),
     )
-    with watch.stage("evaluate", 0.6):
-        residuals = bank.evaluate(signals, recipe.differentiation)
-    with watch.stage("decide", 0.8):
-        alarms = decide_within_budget(recipe, residuals)
-    with watch.stage("diagnose", 0.9):
-        diagnosis = diagnose(alarms, bank)
     return Analysis(
         log=log,
-        airframe=airframe,
+        airframe=chain.airframe,
         policy=recipe,
-        system=observed,
-        bank=bank,
-        signals=signals,
-        lags=lags,
-        residual_values=residuals,
+        system=chain.system,
+        bank=chain.bank,
+        signals=chain.signals,
+        lags=chain.lags,
+        residual_values=chain.residuals,
         alarms=alarms,
         diagnosis=diagnosis,
-        warnings=(*told, *observed.warnings, *bank.notes),
+        warnings=(*told, *chain.system.warnings, *chain.bank.notes),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
@@ -149,24 +130,6 @@ def _choice(log: Log, system: int | None) -> tuple[str, ...]:
         return ()
     taken = f"system {log.system_id} ({log.vehicle}) was taken, which sent most"
     return (f"there are other vehicles in the log, system {', '.join(others)}: {taken}",)
-
-
-def _check_bank(bank: Bank, log: Log) -> None:
-    if not bank.generators:
-        raise ModelError(
-            f"has no residual generator with the telemetry of {log.name}",
-            where=bank.system.name,
-            hint="; ".join(bank.system.warnings[:3]) or "choose another model with --model",
-        )
-
-
-def _check_vehicle(recipe: Policy, model: str) -> None:
-    """Refuse a policy that was learned for another model."""
-    learned = recipe.calibration
-    if learned is not None and learned.model != model:
-        raise ModelError(
-            f"was learned for the model {learned.model}, not for {model}", where=recipe.name
-        )
 
 
 def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:

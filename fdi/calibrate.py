@@ -15,22 +15,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from fdi.chain import residuals_of
 from fdi.decision import Policy, load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
-from fdi.decision.detectors import judge
+from fdi.decision.judging import judge
 from fdi.decision.learned import Reached, learned_from, reached
 from fdi.decision.policy import Calibration
 from fdi.decision.recipes import PredictedSpread
-from fdi.diagnosis import decide_within_budget
-from fdi.diagnosis.answer import accusations, strongest, time_in_air, when_in_air
+from fdi.diagnosis.answer import accusations, strongest
 from fdi.errors import LogError, UsageError
-from fdi.model import load_airframe
-from fdi.model.choose import choose_model
 from fdi.residuals import Residuals
-from fdi.residuals.cache import cached_bank
-from fdi.residuals.latency import sample
 from fdi.telemetry import Log, read
+from fdi.telemetry.airtime import time_in_air, when_in_air
 
 FAR: Final = 4.0
 """So many thresholds beyond what noise explains no flight is taken for a healthy one: those that
@@ -129,21 +126,11 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     assert isinstance(recipe.decision, PredictedSpread)
     log = read(path)
     _refuse_impacts(log)
-    airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
-    observed = airframe.observe(log, repeated=recipe.copies == "kept")
-    bank = cached_bank(observed, recipe.tests)
-    signals, _ = sample(
-        log,
-        bank,
-        recipe.sampling,
-        recipe.differentiation,
-        lags=recipe.latencies == "estimated",
-        accuracies=recipe.accuracies == "reported",
-    )
-    residuals = bank.evaluate(signals, recipe.differentiation)
+    chain = residuals_of(log, model, recipe)
+    residuals, signals = chain.residuals, chain.signals
     spans = time_in_air(signals)
     seconds = sum(max(0.0, end - start) for start, end in spans)
-    if not bank.generators or seconds < LEAST_S:
+    if seconds < LEAST_S:
         raise LogError(
             f"has {max(seconds, 0.0):.0f} s in the air that could be tested, {LEAST_S:.0f} s are "
             "needed",
@@ -168,7 +155,7 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
         for component, onset, _ in accused
     )
     hours = seconds / 3600.0
-    return Flown(log.name, log.vehicle, airframe.name, residuals, found, hours, warnings)
+    return Flown(log.name, log.vehicle, chain.airframe.name, residuals, found, hours, warnings)
 
 
 def _refuse_impacts(log: Log) -> None:
@@ -213,10 +200,10 @@ def _checks(recipe: Policy, flown: Sequence[Flown]) -> list[Check]:
     checks = []
     for place, one in enumerate(flown):
         others = [other for number, other in enumerate(flown) if number != place]
-        before = len(accusations(decide_within_budget(recipe, one.residuals)))
+        before = len(accusations(recipe.decide(one.residuals)))
         after = None
         if others:
             taught = _taught(recipe, others, "others")
-            after = len(accusations(decide_within_budget(taught, one.residuals)))
+            after = len(accusations(taught.decide(one.residuals)))
         checks.append(Check(one.name, one.hours, before, after))
     return checks

@@ -11,8 +11,12 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``bounds.py``: how far each residual of a flight may stray
 - ``learned.py``: what healthy flights of one vehicle say about each test
 - ``resampling.py``: other noise of the same kind as a flight's own
+- ``judging.py``: which residuals are beyond their bounds, and which triggers are alarms
+- ``concerns.py``: whom each residual concerns
+- ``accusing.py``: what is enough to accuse
+- ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``critical.py``: how small the scale of thresholds would have to be for an alarm
-- ``detectors.py``: the ways to decide, one function each
+- ``detectors.py``: the ways to decide that a policy may name
 """
 
 from fdi.decision.alarms import Alarms

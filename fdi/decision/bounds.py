@@ -3,7 +3,7 @@
 In: residuals and the recipe ``predicted_spread``. Out: ``Bounds``: the constant to take off, the
 threshold of single samples from stated accuracies and the flight's own calm part, and the threshold
 of means from the means of that length in this flight. Residuals are held against bounds in
-``detectors.judge``; they need not be those that the bounds were learned from.
+``judging.judge``; they need not be those that the bounds were learned from.
 """
 
 from __future__ import annotations

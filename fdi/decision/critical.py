@@ -1,6 +1,6 @@
 """How small would the scale of the thresholds have to be for a residual to alarm?
 
-In: residuals and bounds. Out: per sample the scale below which ``detectors.judge`` has an alarm
+In: residuals and bounds. Out: per sample the scale below which ``judging.judge`` has an alarm
 that is certain there, the one below which it lasts long, and the one below which it is strong; for
 any number of flights at once. One pass tells for all scales.
 """
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
-from fdi.decision.detectors import BEGUN, SOONER
+from fdi.decision.judging import BEGUN, SOONER
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
 from fdi.model.evaluate import Floats

@@ -1,9 +1,8 @@
-"""When is a residual beyond what health explains? The ways to decide, one function each.
+"""Which way to decide does a policy name? The ways, one function each.
 
-``predicted_spread``: |residual - centre| beyond the tolerance plus a number of standard deviations
-that the stated accuracies predict at that very sample, widened by what the calm part shows; a
-trigger that persists is an alarm, and the stronger it is the sooner. What is small but lasts shows
-in the trailing mean, whose threshold is what means of that length reach in this flight.
+``predicted_spread``: beyond what stated accuracies and the flight's own noise explain
+(``judging.py``), with thresholds that keep the policy's budget of false accusations
+(``budget.py``).
 
 ``rank``: the published threshold, the sample of a given rank, so that 3 % of the samples trigger
 whatever happens; every trigger is an alarm.
@@ -13,130 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
-from fdi.decision.bounds import KNOWN_SHARE, Bounds, learn, normalised
-from fdi.decision.noise import trailing_mean
+from fdi.decision.alarms import QUIET, TRIGGERED, Alarms, Use
+from fdi.decision.budget import decide_within_budget
+from fdi.decision.judging import frozen, states
 from fdi.decision.recipes import PredictedSpread, Rank
 from fdi.residuals import Residuals
 
-SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
-"""(strength, share of the persistence that is enough beyond it)."""
-BEGUN: Final = 0.5
-"""Share of a mean beyond its threshold that marks where it began."""
 
-
-def by_predicted_spread(residuals: Residuals, recipe: PredictedSpread, use: Use) -> Alarms:
-    """Return the alarms of residuals that leave their predicted spread."""
-    return judge(residuals, learn(residuals, recipe), recipe, use)
-
-
-def judge(
-    residuals: Residuals,
-    bounds: Bounds,
-    recipe: PredictedSpread,
-    use: Use,
-    scale: float = 1.0,
-) -> Alarms:
-    """Return the alarms of residuals held against the bounds of a flight.
-
-    Parameters
-    ----------
-    residuals : Residuals
-    bounds : Bounds
-        Of the same flight; the residuals may be others than those it was learned from.
-    recipe : PredictedSpread
-    use : Use
-    scale : float
-        Of the thresholds of noise; what the model states itself is not scaled.
-    """
-    rate_hz = residuals.signals.rate_hz
-    off, size = bounds.strayed(residuals.values)
-    scales = bounds.scales(scale)[:, None]
-    threshold = bounds.tolerance + scales * bounds.noise
-    beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
-    ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
-    count = max(2, round(recipe.mean_s * rate_hz))
-    mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count)) * bounds.mean_spread
-    mean_threshold = scales * bounds.mean_bound
-    state = _states(size, threshold)
-    state[bounds.unfit] = UNKNOWN
-    mean[bounds.unfit] = np.nan
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        fast = np.where(state == UNKNOWN, np.nan, size / threshold)
-        slow = np.abs(mean) / mean_threshold
-    least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
-    # without a stated spread nothing says how much beyond a threshold is much
-    graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
-    sudden, known_sudden = _sudden(graded, state, least)
-    lasting, known_lasting = _lasting(beyond, slow, mean, count)
-    state[lasting & (state == QUIET)] = TRIGGERED
-    strength = np.fmax(fast, slow)
-    strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
-    return _frozen(
-        residuals,
-        use,
-        threshold=threshold,
-        centre=bounds.centre.copy(),
-        state=state,
-        alarm=sudden | lasting,
-        strength=strength,
-        certain=known_sudden | known_lasting,
-        delay_s=residuals.delay_s.copy(),
-        unfit=bounds.unfit.copy(),
-        mean=mean,
-        mean_threshold=mean_threshold,
-        scale=scale,
-    )
-
-
-def _sudden(
-    strength: NDArray[np.float64], state: NDArray[np.int8], least: int
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the triggers that persist, and from where on that is certain."""
-    unknown = state == UNKNOWN
-    alarm, certain = np.zeros(state.shape, bool), np.zeros(state.shape, bool)
-    for over, share in SOONER:
-        count = max(2, round(share * least))
-        for row, own in enumerate(strength > over):
-            found, sure = persistent(own, unknown[row], count)
-            alarm[row] |= found
-            certain[row] |= sure
-    return alarm, certain
-
-
-def _lasting(
-    beyond: NDArray[np.float64],
-    strength: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    count: int,
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return where a mean is beyond its threshold, from beginning to end, and where certainly."""
-    with np.errstate(invalid="ignore"):
-        over = strength > 1.0
-    alarm, certain = np.zeros(over.shape, bool), np.zeros(over.shape, bool)
-    for row in np.flatnonzero(over.any(axis=1)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], over[row], [False]]).astype(int)))
-        for start, stop in zip(edges[::2], edges[1::2], strict=True):
-            # half of what the mean has reached, seen over a short while, bounds it on both sides
-            low = max(0, start - 2 * count)
-            side = np.sign(mean[row, start]) * beyond[row, low:stop]
-            short = trailing_mean(side[None], max(1, count // 6), 1)[0]
-            is_there = short > BEGUN * abs(mean[row, start])
-            before = np.flatnonzero(~is_there[: start - low + 1])
-            first = low + (int(before[-1]) + 1 if len(before) else 0)
-            there = np.flatnonzero(is_there[start - low :])
-            last = int(start + there[-1] if len(there) else start)
-            alarm[row, min(first, last) : last + 1] = True
-            certain[row, start : last + 1] = True
-    return alarm, certain
-
-
-def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
+def by_rank(recipe: Rank, residuals: Residuals, use: Use) -> Alarms:
     """Return the alarms of residuals beyond the sample of a given rank, as published.
 
     References
@@ -151,14 +38,14 @@ def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
         if len(known):
             rank = max(1, int(np.floor(recipe.quantile * len(known))))
             threshold[row] = known[rank - 1]
-    state = _states(size, threshold)
+    state = states(size, threshold)
     is_zero = np.nan_to_num(size).max(axis=1, initial=0.0) < recipe.negligible
     state[is_zero[:, None] & (state == TRIGGERED)] = QUIET
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         strength = np.minimum(size / threshold, 1e6)
     raised = state == TRIGGERED
     unknown = np.full(size.shape, np.nan)
-    return _frozen(
+    return frozen(
         residuals,
         use,
         threshold=threshold,
@@ -174,47 +61,6 @@ def by_rank(residuals: Residuals, recipe: Rank, use: Use) -> Alarms:
     )
 
 
-def _states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArray[np.int8]:
-    unknown = ~np.isfinite(size) | ~np.isfinite(threshold)
-    state = np.where(size > threshold, TRIGGERED, QUIET)
-    return np.where(unknown, UNKNOWN, state).astype(np.int8)
-
-
-def persistent(
-    triggered: NDArray[np.bool_], unknown: NDArray[np.bool_], least: int
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the triggers that belong to a run of at least ``least``, and those that complete one.
-
-    Parameters
-    ----------
-    triggered, unknown : (n,) bool
-        An unknown sample neither ends a run nor counts for it.
-    least : int
-
-    Examples
-    --------
-    >>> on = np.array([1, 1, 0, 1, 1, 1, 1], bool)
-    >>> run, complete = persistent(on, np.zeros(7, bool), 3)
-    >>> run.astype(int).tolist(), complete.astype(int).tolist()
-    ([0, 0, 0, 1, 1, 1, 1], [0, 0, 0, 0, 0, 1, 1])
-    """
-    known = np.flatnonzero(~unknown)
-    result, complete = np.zeros(len(triggered), bool), np.zeros(len(triggered), bool)
-    on = triggered[known]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - start >= least:
-            result[known[start] : known[end - 1] + 1] = True
-            complete[known[start + least - 1] : known[end - 1] + 1] = True
-    return result, complete
-
-
-def _frozen(residuals: Residuals, use: Use, scale: float = 1.0, **arrays: Any) -> Alarms:
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Alarms(residuals, use, scale=scale, **arrays)
-
-
 @dataclass(frozen=True, slots=True)
 class Detector:
     """A way to decide: the recipe it takes from a policy, and the function."""
@@ -224,6 +70,6 @@ class Detector:
 
 
 DETECTORS: Final[Mapping[str, Detector]] = {
-    "predicted_spread": Detector(PredictedSpread, by_predicted_spread),
+    "predicted_spread": Detector(PredictedSpread, decide_within_budget),
     "rank": Detector(Rank, by_rank),
 }

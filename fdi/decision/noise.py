@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 from fdi.telemetry import Signals
+from fdi.telemetry.airtime import SETTLING_S
 from fdi.windows import trailing_sum
 
 GAUSSIAN_90: float = 1.645
 """90 % of a standard normal variable lie within this many standard deviations."""
-SETTLING_S: float = 5.0
-"""After take-off filters and controllers settle, s; read off healthy simulated flights."""
 
 
 def airborne_mask(signals: Signals) -> NDArray[np.bool_]:

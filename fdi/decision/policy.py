@@ -79,7 +79,7 @@ class Policy:
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
         use = Use(self.marking, self.accuse)
-        return DETECTORS[self.decision.method].decide(residuals, self.decision, use)
+        return DETECTORS[self.decision.method].decide(self.decision, residuals, use)
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None

@@ -6,7 +6,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 
 - ``values.py``: the values of this stage
 - ``answer.py``: the stage itself, from alarms to the answer
-- ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``marking.py``: which fault is marked when, over the flight
 - ``episodes.py``: which alarms a flight holds, and which belong together
 - ``ranking.py``: which component explains an episode of alarms, and which follow from it
@@ -20,7 +19,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 """
 
 from fdi.diagnosis.answer import diagnose
-from fdi.diagnosis.budget import decide_within_budget
 from fdi.diagnosis.values import (
     Consequence,
     Diagnosis,
@@ -46,7 +44,6 @@ __all__ = [
     "NotTestable",
     "RuledOut",
     "Size",
-    "decide_within_budget",
     "diagnose",
     "runs",
 ]

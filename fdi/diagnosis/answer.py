@@ -10,18 +10,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi import structure
 from fdi.decision import Alarms
-from fdi.decision.noise import SETTLING_S, airborne_mask
+from fdi.decision.accusing import WEIGHING_S
+from fdi.decision.concerns import concerns
+from fdi.decision.noise import airborne_mask
 from fdi.diagnosis.confidence import grounds_of, load_confidence
 from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.passing import is_no_failure
-from fdi.diagnosis.ranking import WEIGHING_S, Cause, Effect, explain_episode
+from fdi.diagnosis.ranking import Cause, Effect, explain_episode
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.values import (
     MARKED,
@@ -33,10 +34,9 @@ from fdi.diagnosis.values import (
     NotTestable,
     RuledOut,
 )
-from fdi.diagnosis.weighing import concerns
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
-from fdi.telemetry import Flight, Signals
+from fdi.telemetry.airtime import time_in_air
 
 MERGE_S = 15.0
 """A component accused again within this time is one finding: its alarms merely paused."""
@@ -91,21 +91,6 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     )
 
 
-def in_air(flight: Flight) -> tuple[float, float]:
-    """Return from when to when, s, an alarm of a flight may accuse."""
-    # a log that begins in the air begins with filters and controllers that have not settled
-    start = flight.start + 2 * SETTLING_S if flight.takeoff is None else flight.takeoff
-    ends = (flight.landing, flight.impact, flight.end)
-    return start, min(end for end in ends if end is not None)
-
-
-def time_in_air(signals: Signals) -> list[tuple[float, float]]:
-    """Return from when to when, s, alarms may accuse, flight by flight; all along without any."""
-    if not signals.flights and len(signals.t):
-        return [(float(signals.t[0]), float(signals.t[-1]))]
-    return [in_air(flight) for flight in signals.flights]
-
-
 def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...]]:
     causes, effects = _explained(alarms)
     findings = tuple(
@@ -113,14 +98,6 @@ def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...
         for rank, (number, span, cause) in enumerate(causes, 1)
     )
     return findings, _consequences(effects, findings)
-
-
-def when_in_air(signals: Signals) -> NDArray[np.bool_]:
-    """Return the samples, (n,) bool, at which alarms may accuse."""
-    air = np.zeros(len(signals.t), bool)
-    for start, end in time_in_air(signals):
-        air |= (signals.t >= start) & (signals.t < end)
-    return air
 
 
 def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:

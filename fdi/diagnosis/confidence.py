@@ -18,9 +18,11 @@ from importlib.resources import files
 from math import exp, log
 from typing import Final
 
-from fdi.diagnosis.ranking import WEIGHING_S, Cause
+from fdi.decision.accusing import WEIGHING_S
+from fdi.decision.concerns import Concerns
+from fdi.diagnosis.ranking import Cause
 from fdi.diagnosis.values import Grounds
-from fdi.diagnosis.weighing import MOST_PEAK, Concerns
+from fdi.diagnosis.weighing import MOST_PEAK
 
 FILE: Final = "confidence.json"
 MOST_SHARE: Final = 0.999

@@ -28,11 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision import Alarms
-from fdi.decision.noise import SETTLING_S
 from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 from fdi.residuals.respond import Stretch, respond, stretch
+from fdi.telemetry.airtime import SETTLING_S
 
 Shape = Literal["bias", "drift"]
 

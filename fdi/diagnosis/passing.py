@@ -13,25 +13,13 @@ from __future__ import annotations
 from typing import Final
 
 from fdi.decision import Alarms
+from fdi.decision.accusing import CLEARLY, MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
 from fdi.decision.alarms import QUIET
+from fdi.decision.concerns import concerns
 from fdi.diagnosis.confidence import grounds_of, load_confidence
 from fdi.diagnosis.ranking import Cause
-from fdi.diagnosis.weighing import concerns
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
-
-PASSING_S: Final = 8.0
-"""Alarms none of which lasts longer may be passing. Chosen: of the right accusations on labelled
-flights none that ended in flight, by one test or two, lasted less than 8.6 s."""
-MOST_TESTS: Final = 2
-"""What more tests see is no chance."""
-QUIET_S: Final = 10.0
-"""So long the flight must go on without them."""
-
-CLEARLY: Final = 1.4
-"""Times its threshold. The level of noise comes from a few blocks of the flight, so it is uncertain
-itself; of the right accusations on labelled flights that rest on tests of noise the weakest reached
-1.7, and of the wrong ones three did not reach 1.35."""
 
 LEAST_CONFIDENCE: Final = 0.1
 """Who accuses on such grounds is wrong nine times of ten."""
@@ -100,15 +88,3 @@ def is_marginal(cause: Cause, bank: Bank) -> bool:
     own = {fault.name for fault in system.faults if fault.component == cause.component}
     holding = [run for run in cause.runs if own.intersection(bank.generators[run.row].faults)]
     return max(run.peak for run in holding or cause.runs) < CLEARLY
-
-
-def sees_changes_only(row: int, bank: Bank) -> bool:
-    """Return whether every channel reaches a residual through a derivative."""
-    stack = [bank.generators[row].node]
-    while stack:
-        node = bank.nodes[stack.pop()]
-        if node.kind == "channel":
-            return False
-        if node.kind != "derivative":
-            stack.extend(number for _, number in node.arguments)
-    return True

@@ -17,20 +17,14 @@ from typing import Final
 import numpy as np
 
 from fdi.decision import Alarms
+from fdi.decision.accusing import EVIDENCE, EVIDENCE_COMPUTED, EVIDENCE_NEARLY, WEIGHING_S
+from fdi.decision.concerns import Concerns, concerns
 from fdi.diagnosis.episodes import Run
-from fdi.diagnosis.weighing import Concerns, Weight, concerns, weigh
+from fdi.diagnosis.weighing import Weight, weigh
 from fdi.model.parts import Component
 
 SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
-WEIGHING_S: Final = 10.0
-"""Alarms within this time after the onset are weighed for the cause."""
-EVIDENCE: Final = 2.0
-"""Less evidence accuses nobody, unless a test that concerns no other component alarms."""
-EVIDENCE_NEARLY: Final = 1.7
-"""What is enough where a test concerns beside the component only what is computed."""
-EVIDENCE_COMPUTED: Final = 4.0
-"""What has no parts that break is accused on several tests only, and after all others."""
 UPSTREAM: Final = 0.6
 """Share of the best score with which a component that disturbs the best one goes before it."""
 TIE: Final = 0.05

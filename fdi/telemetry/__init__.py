@@ -15,6 +15,8 @@ channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 flights.py    take-off, landing, impact from the data
+airtime.py    from when to when a flight is in the air, and settled
+ends.py       how each flight ends
 together/     `join`: several logs of one flight as one
 copies.py     `Copy`: channels that say the same twice
 signals.py    `Request`, `Sampling`, `Signals`: resampling

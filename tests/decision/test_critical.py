@@ -8,7 +8,7 @@ import pytest
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
 from fdi.decision.critical import critical_scales
-from fdi.decision.detectors import judge
+from fdi.decision.judging import judge
 
 from .build import DEFAULT, RATE, residuals
 

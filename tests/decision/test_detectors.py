@@ -7,12 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.decision.detectors import DETECTORS, persistent
+from fdi.decision.detectors import DETECTORS
+from fdi.decision.judging import persistent
 from fdi.decision.noise import airborne_mask, reference_mask, trailing_mean
 from fdi.model.parts import Kind
 
-from .build import DEFAULT, PAPER, RATE, flown, residuals, signals
+from .build import DEFAULT as SHIPPED
+from .build import PAPER, RATE, flown, residuals, signals
 
+# without a budget thresholds are not scaled: that has its own tests (diagnosis/test_budget.py)
+DEFAULT = replace(SHIPPED, decision=replace(SHIPPED.decision, budget_per_hour=None))
 POLICIES = {"predicted_spread": DEFAULT, "rank": PAPER}
 EVERY = pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES.keys())
 RECIPE = DEFAULT.decision

@@ -8,9 +8,9 @@ import pytest
 from fdi.decision import load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
-from fdi.decision.detectors import judge
+from fdi.decision.budget import noise_of, scale_for, scale_of_rate
+from fdi.decision.judging import judge
 from fdi.diagnosis.answer import accusations
-from fdi.diagnosis.budget import decide_within_budget, noise_of, scale_for, scale_of_rate
 from fdi.telemetry import Flight
 
 from .build import RATE, alarms_of, bank_of, model
@@ -85,33 +85,30 @@ def test_a_fault_is_no_noise():
 
 def test_default_raises_thresholds_for_its_budget_and_never_lowers_them():
     values = slow(np.random.default_rng(5), len(BANK.generators), LENGTH)
-    assert decide_within_budget(DEFAULT, flight(0.1 * values)).scale == 1.0
+    assert DEFAULT.decide(flight(0.1 * values)).scale == 1.0
     loud = flight(5.0 * slow(np.random.default_rng(1), len(BANK.generators), LENGTH, 0.95))
-    raised = decide_within_budget(DEFAULT, loud)
+    raised = DEFAULT.decide(loud)
     assert 1.0 <= raised.scale <= RECIPE.most_scale
-    asked = decide_within_budget(DEFAULT.within(10.0), flight(0.1 * values))
+    asked = DEFAULT.within(10.0).decide(flight(0.1 * values))
     assert asked.scale < 1.0
 
 
 def test_same_flight_has_the_same_scale():
     given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
-    first, second = (decide_within_budget(DEFAULT.within(1.0), given) for _ in range(2))
+    first, second = (DEFAULT.within(1.0).decide(given) for _ in range(2))
     assert first.scale == second.scale
 
 
 def test_policy_without_a_budget_decides_as_it_states():
     given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
     silent = replace(DEFAULT, decision=replace(RECIPE, budget_per_hour=None))
-    assert decide_within_budget(silent, given).scale == 1.0
-    paper = load_policy("paper")
-    found = decide_within_budget(paper, given)
-    assert np.array_equal(found.threshold, paper.decide(given).threshold, equal_nan=True)
+    assert silent.decide(given).scale == 1.0
 
 
 def test_flight_without_noise_is_judged_all_the_same():
     blank = np.full((len(BANK.generators), LENGTH), np.nan)
     for values in (blank, np.zeros_like(blank)):
-        assert not decide_within_budget(DEFAULT.within(1.0), flight(values)).alarm.any()
+        assert not DEFAULT.within(1.0).decide(flight(values)).alarm.any()
 
 
 def test_scale_of_a_rate_continues_the_tail():

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fdi.decision.accusing import WEIGHING_S
 from fdi.diagnosis import diagnose
-from fdi.diagnosis.ranking import WEIGHING_S, affected
+from fdi.diagnosis.ranking import affected
 from fdi.model.parts import Component
 from fdi.residuals import Bank
 from fdi.telemetry import Flight

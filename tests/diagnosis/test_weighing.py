@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fdi.decision.concerns import SUSPECTED, concerns
 from fdi.diagnosis import diagnose
 from fdi.diagnosis.episodes import find_runs
-from fdi.diagnosis.weighing import QUIET, SUSPECTED, concerns, weigh
+from fdi.diagnosis.weighing import QUIET, weigh
 
 from .build import FLIGHTS, alarms_of, bank_of, model, row
 

@@ -21,20 +21,27 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision import Alarms, Policy
-from fdi.decision.alarms import Use
+from fdi.decision.accusing import (
+    CLEARLY,
+    EVIDENCE,
+    EVIDENCE_NEARLY,
+    MOST_TESTS,
+    PASSING_S,
+    QUIET_S,
+    WEIGHING_S,
+    sees_changes_only,
+)
+from fdi.decision.alarms import Alarms, Use
 from fdi.decision.bounds import Bounds, learn
+from fdi.decision.concerns import concerns
 from fdi.decision.critical import critical_scales
-from fdi.decision.detectors import judge
+from fdi.decision.judging import judge
 from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
-from fdi.diagnosis.answer import time_in_air, when_in_air
-from fdi.diagnosis.passing import CLEARLY, MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
-from fdi.diagnosis.ranking import EVIDENCE, EVIDENCE_NEARLY, WEIGHING_S
-from fdi.diagnosis.weighing import concerns
 from fdi.model.evaluate import Floats
 from fdi.residuals import Bank, Residuals
+from fdi.telemetry.airtime import time_in_air, when_in_air
 
 SEED: Final = 0
 SAMPLES: Final = 16_384
@@ -90,20 +97,19 @@ class Noise:
     hours: float
 
 
-def decide_within_budget(policy: Policy, residuals: Residuals) -> Alarms:
-    """Return the alarms of a flight, its thresholds scaled to the policy's budget if it has one.
+def decide_within_budget(recipe: PredictedSpread, residuals: Residuals, use: Use) -> Alarms:
+    """Return the alarms of a flight, its thresholds scaled to the recipe's budget if it has one.
 
     Parameters
     ----------
-    policy : Policy
+    recipe : PredictedSpread
     residuals : Residuals
+    use : Use
     """
-    recipe = policy.decision
-    if not isinstance(recipe, PredictedSpread) or recipe.budget_per_hour is None:
-        return policy.decide(residuals)
-    use = Use(policy.marking, policy.accuse)
     bounds = learn(residuals, recipe)
     alarms = judge(residuals, bounds, recipe, use)
+    if recipe.budget_per_hour is None:
+        return alarms
     noise = noise_of(alarms, bounds)
     found = scale_for(recipe.budget_per_hour, noise, residuals.bank, recipe)
     scale = float(np.clip(found, recipe.least_scale, recipe.most_scale))

@@ -1,0 +1,114 @@
+"""From a log to its residuals: the one way that every user of them goes.
+
+In: a log, a model, a policy. Out: a `Chain`, the value of every stage up to the residuals.
+`fdi.analyze`, `fdi calibrate`, benchmarks, notebooks and whoever scripts call `residuals_of`, so
+that nobody gets another answer by leaving a step out. `Policy.decide` and `fdi.diagnose` follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from fdi.decision import Policy, load_policy
+from fdi.errors import ModelError
+from fdi.model import Airframe, System, load_airframe
+from fdi.model.choose import choose_model
+from fdi.residuals import Bank, Residuals
+from fdi.residuals.cache import cached_bank
+from fdi.residuals.latency import Lag, sample
+from fdi.telemetry import Log, Signals
+
+Stage = Callable[[str, float], AbstractContextManager[None]]
+"""Is told the stage that begins and the share of an analysis done before it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain:
+    """The value of every stage from a log to its residuals.
+
+    Attributes
+    ----------
+    lags : tuple of Lag
+        How late sensors come against the estimator, by the log; none where the policy takes the
+        model's word.
+    """
+
+    log: Log
+    airframe: Airframe
+    policy: Policy
+    system: System
+    bank: Bank
+    signals: Signals
+    lags: tuple[Lag, ...]
+    residuals: Residuals
+
+
+def residuals_of(
+    log: Log,
+    model: str | Path = "auto",
+    policy: str | Path | Policy = "default",
+    *,
+    stage: Stage = lambda name, share: nullcontext(),
+) -> Chain:
+    """Return the residuals of a log, with all that led to them.
+
+    Parameters
+    ----------
+    log : Log
+    model : str or Path
+        A shipped model, a file, or ``auto``: by the type of the vehicle.
+    policy : str, Path or Policy
+        A shipped policy, a file, or one that was loaded.
+    stage : callable, optional
+        A context around every stage, for who measures or tells progress.
+
+    Raises
+    ------
+    ModelError
+        The model or policy is wrong, or the model has no test with this telemetry.
+
+    Examples
+    --------
+    ::
+
+        chain = fdi.residuals_of(fdi.read("flight.tlog"))
+        alarms = chain.policy.decide(chain.residuals)
+        diagnosis = fdi.diagnose(alarms, chain.bank)
+    """
+    recipe = policy if isinstance(policy, Policy) else load_policy(policy)
+    with stage("observe", 0.3):
+        airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
+        system = airframe.observe(log, repeated=recipe.copies == "kept")
+    with stage("derive", 0.4):
+        bank = cached_bank(system, recipe.tests)
+    _check(bank, log, recipe, airframe)
+    with stage("sample", 0.5):
+        signals, lags = sample(
+            log,
+            bank,
+            recipe.sampling,
+            recipe.differentiation,
+            lags=recipe.latencies == "estimated",
+            accuracies=recipe.accuracies == "reported",
+        )
+    with stage("evaluate", 0.6):
+        residuals = bank.evaluate(signals, recipe.differentiation)
+    return Chain(log, airframe, recipe, system, bank, signals, lags, residuals)
+
+
+def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe) -> None:
+    """Refuse a model without a test, and a policy that was learned for another model."""
+    if not bank.generators:
+        raise ModelError(
+            f"has no residual generator with the telemetry of {log.name}",
+            where=bank.system.name,
+            hint="; ".join(bank.system.warnings[:3]) or "choose another model with --model",
+        )
+    learned = recipe.calibration
+    if learned is not None and learned.model != airframe.name:
+        raise ModelError(
+            f"was learned for the model {learned.model}, not for {airframe.name}", where=recipe.name
+        )

@@ -1,0 +1,169 @@
+"""Which residuals are beyond given bounds, and which of these triggers are alarms?
+
+|residual - centre| beyond the tolerance plus a number of standard deviations that the stated
+accuracies predict at that very sample, widened by what the calm part shows, is a trigger; one that
+persists is an alarm, and the stronger it is the sooner. What is small but lasts shows in the
+trailing mean, whose threshold is what means of that length reach in this flight.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
+from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
+from fdi.decision.noise import trailing_mean
+from fdi.decision.recipes import PredictedSpread
+from fdi.residuals import Residuals
+
+SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
+"""(strength, share of the persistence that is enough beyond it)."""
+BEGUN: Final = 0.5
+"""Share of a mean beyond its threshold that marks where it began."""
+
+
+def judge(
+    residuals: Residuals,
+    bounds: Bounds,
+    recipe: PredictedSpread,
+    use: Use,
+    scale: float = 1.0,
+) -> Alarms:
+    """Return the alarms of residuals held against the bounds of a flight.
+
+    Parameters
+    ----------
+    residuals : Residuals
+    bounds : Bounds
+        Of the same flight; the residuals may be others than those it was learned from.
+    recipe : PredictedSpread
+    use : Use
+    scale : float
+        Of the thresholds of noise; what the model states itself is not scaled.
+    """
+    rate_hz = residuals.signals.rate_hz
+    off, size = bounds.strayed(residuals.values)
+    scales = bounds.scales(scale)[:, None]
+    threshold = bounds.tolerance + scales * bounds.noise
+    beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
+    ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
+    count = max(2, round(recipe.mean_s * rate_hz))
+    mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count)) * bounds.mean_spread
+    mean_threshold = scales * bounds.mean_bound
+    state = states(size, threshold)
+    state[bounds.unfit] = UNKNOWN
+    mean[bounds.unfit] = np.nan
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        fast = np.where(state == UNKNOWN, np.nan, size / threshold)
+        slow = np.abs(mean) / mean_threshold
+    least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
+    # without a stated spread nothing says how much beyond a threshold is much
+    graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
+    sudden, known_sudden = _sudden(graded, state, least)
+    lasting, known_lasting = _lasting(beyond, slow, mean, count)
+    state[lasting & (state == QUIET)] = TRIGGERED
+    strength = np.fmax(fast, slow)
+    strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
+    return frozen(
+        residuals,
+        use,
+        threshold=threshold,
+        centre=bounds.centre.copy(),
+        state=state,
+        alarm=sudden | lasting,
+        strength=strength,
+        certain=known_sudden | known_lasting,
+        delay_s=residuals.delay_s.copy(),
+        unfit=bounds.unfit.copy(),
+        mean=mean,
+        mean_threshold=mean_threshold,
+        scale=scale,
+    )
+
+
+def _sudden(
+    strength: NDArray[np.float64], state: NDArray[np.int8], least: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the triggers that persist, and from where on that is certain."""
+    unknown = state == UNKNOWN
+    alarm, certain = np.zeros(state.shape, bool), np.zeros(state.shape, bool)
+    for over, share in SOONER:
+        count = max(2, round(share * least))
+        for row, own in enumerate(strength > over):
+            found, sure = persistent(own, unknown[row], count)
+            alarm[row] |= found
+            certain[row] |= sure
+    return alarm, certain
+
+
+def _lasting(
+    beyond: NDArray[np.float64],
+    strength: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    count: int,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return where a mean is beyond its threshold, from beginning to end, and where certainly."""
+    with np.errstate(invalid="ignore"):
+        over = strength > 1.0
+    alarm, certain = np.zeros(over.shape, bool), np.zeros(over.shape, bool)
+    for row in np.flatnonzero(over.any(axis=1)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], over[row], [False]]).astype(int)))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            # half of what the mean has reached, seen over a short while, bounds it on both sides
+            low = max(0, start - 2 * count)
+            side = np.sign(mean[row, start]) * beyond[row, low:stop]
+            short = trailing_mean(side[None], max(1, count // 6), 1)[0]
+            is_there = short > BEGUN * abs(mean[row, start])
+            before = np.flatnonzero(~is_there[: start - low + 1])
+            first = low + (int(before[-1]) + 1 if len(before) else 0)
+            there = np.flatnonzero(is_there[start - low :])
+            last = int(start + there[-1] if len(there) else start)
+            alarm[row, min(first, last) : last + 1] = True
+            certain[row, start : last + 1] = True
+    return alarm, certain
+
+
+def states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArray[np.int8]:
+    """Return triggered, quiet or unknown, (r, n), of sizes against their thresholds."""
+    unknown = ~np.isfinite(size) | ~np.isfinite(threshold)
+    state = np.where(size > threshold, TRIGGERED, QUIET)
+    return np.where(unknown, UNKNOWN, state).astype(np.int8)
+
+
+def persistent(
+    triggered: NDArray[np.bool_], unknown: NDArray[np.bool_], least: int
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the triggers that belong to a run of at least ``least``, and those that complete one.
+
+    Parameters
+    ----------
+    triggered, unknown : (n,) bool
+        An unknown sample neither ends a run nor counts for it.
+    least : int
+
+    Examples
+    --------
+    >>> on = np.array([1, 1, 0, 1, 1, 1, 1], bool)
+    >>> run, complete = persistent(on, np.zeros(7, bool), 3)
+    >>> run.astype(int).tolist(), complete.astype(int).tolist()
+    ([0, 0, 0, 1, 1, 1, 1], [0, 0, 0, 0, 0, 1, 1])
+    """
+    known = np.flatnonzero(~unknown)
+    result, complete = np.zeros(len(triggered), bool), np.zeros(len(triggered), bool)
+    on = triggered[known]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - start >= least:
+            result[known[start] : known[end - 1] + 1] = True
+            complete[known[start + least - 1] : known[end - 1] + 1] = True
+    return result, complete
+
+
+def frozen(residuals: Residuals, use: Use, scale: float = 1.0, **arrays: Any) -> Alarms:
+    """Return alarms whose arrays nobody writes to any more."""
+    for array in arrays.values():
+        array.flags.writeable = False
+    return Alarms(residuals, use, scale=scale, **arrays)

@@ -1,0 +1,41 @@
+"""When may what a flight shows accuse? The time in the air, flight by flight.
+
+In: signals or a flight. Out: from when to when, s of the log's clock. Between take-off and landing,
+and never after an impact: what breaks then is no cause.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.events import Flight
+from fdi.telemetry.signals import Signals
+
+SETTLING_S: Final = 5.0
+"""After take-off filters and controllers settle, s; read off healthy simulated flights."""
+
+
+def in_air(flight: Flight) -> tuple[float, float]:
+    """Return from when to when, s, an alarm of a flight may accuse."""
+    # a log that begins in the air begins with filters and controllers that have not settled
+    start = flight.start + 2 * SETTLING_S if flight.takeoff is None else flight.takeoff
+    ends = (flight.landing, flight.impact, flight.end)
+    return start, min(end for end in ends if end is not None)
+
+
+def time_in_air(signals: Signals) -> list[tuple[float, float]]:
+    """Return from when to when, s, alarms may accuse, flight by flight; all along without any."""
+    if not signals.flights and len(signals.t):
+        return [(float(signals.t[0]), float(signals.t[-1]))]
+    return [in_air(flight) for flight in signals.flights]
+
+
+def when_in_air(signals: Signals) -> NDArray[np.bool_]:
+    """Return the samples, (n,) bool, at which alarms may accuse."""
+    air = np.zeros(len(signals.t), bool)
+    for start, end in time_in_air(signals):
+        air |= (signals.t >= start) & (signals.t < end)
+    return air
