@@ -20,6 +20,7 @@ from fdi.errors import UsageError
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
 from fdi.telemetry.copies import Copy, compare_channels
+from fdi.telemetry.ends import FlightEnd, find_ends
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.message import Floats, Message
@@ -181,6 +182,14 @@ class Log:
                 self.messages, self.reported, self.span, has_wings=self.vehicle in _WINGED
             )
         found: tuple[Flight, ...] = self._cache["flights"]
+        return found
+
+    @property
+    def ends(self) -> tuple[FlightEnd, ...]:
+        """How each flight ends, in the order of time."""
+        if "ends" not in self._cache:
+            self._cache["ends"] = find_ends(self.messages, self.events, self.flights, self.vehicle)
+        found: tuple[FlightEnd, ...] = self._cache["ends"]
         return found
 
     @property

@@ -1,0 +1,238 @@
+"""How does each flight end: landed, with a blow, out of control, in the air?
+
+In: flights, events and the messages that show attitude, demand and outputs. Out: a `FlightEnd` per
+flight. Control counts as lost from the beginning of the stretch that lasts to the end of the flight
+and in which the vehicle leans where nobody wants it (further than 60 degrees without a demand for
+it), does not follow the demanded attitude, or falls with all motor outputs at their stop.
+
+What is not known is not claimed: without a demand in the log only a mode that levels the vehicle
+by itself makes a lean unwanted.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.events import Event, Flight, flight_state
+from fdi.telemetry.message import Message
+
+Floats = NDArray[np.float64]
+How = Literal["landed", "impact", "in_air", "control_lost", "failsafe", "on_ground"]
+
+TILT: Final = np.radians(60.0)
+"""No autopilot demands more of a vehicle that it levels: ANGLE_MAX is 30 to 45 degrees, LIM_ROLL_CD
+and FW_R_LIM 45 to 65 with a demand in the log."""
+ERROR: Final = np.radians(35.0)
+"""Of attitude against demand: beyond the lag of any healthy turn (docs/models.md)."""
+OUT_S: Final = 0.5
+"""So long a vehicle must lean unwanted, or fall: a flip of the estimate or a gust passes."""
+APART_S: Final = 2.0
+"""So long it must not follow: a plane that rolls at 45 degrees a second needs 1.5 s for a reversal
+of its bank, and more for its lag."""
+OVER_S: Final = 2.0
+"""Rotors carry nothing upside down: who lies beyond 90 degrees for longer than a flip takes is not
+flying, whatever the mode."""
+SAYS: Final = re.compile(r"fail ?-?safe|emergency land|crash: disarm", re.IGNORECASE)
+"""What an autopilot's report says where a failsafe acted; others are complaints."""
+PAUSE_S: Final = 1.0
+"""A tumbling vehicle passes through the demanded attitude; shorter pauses are no recovery."""
+LAST_S: Final = 1.5
+"""Control is lost at the end where it was not regained this long before."""
+STOP: Final = 5.0
+"""us above the lowest output of the flight: logs have outputs in whole us, mixers round."""
+FALLING: Final = 2.0
+"""m/s: who sinks faster with idle rotors falls."""
+
+_ROTORS: Final = {"quad": 4, "hexa": 6, "octa": 8}
+_FREE: Final = ("ACRO", "FLIP", "SPORT", "MANUAL", "STUNT", "TRAINING", "THROW", "RATTITUDE")
+"""Modes, in part or whole, in which a pilot may turn the vehicle over."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlightEnd:
+    """How one flight ends.
+
+    Attributes
+    ----------
+    flight : int
+        From 0.
+    how : str
+        ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``failsafe`` (landed or in
+        the air, after the autopilot reported one), ``in_air`` (the log ends), ``on_ground`` (never
+        left it).
+    at : float
+        s of the log's clock.
+    speed : float or None
+        m/s, descent just before an impact.
+    lost_control : float or None
+        s, since when nobody had control of it; None where that was never lost, or is not known.
+    """
+
+    flight: int
+    how: How
+    at: float
+    speed: float | None = None
+    lost_control: float | None = None
+
+    @property
+    def is_bad(self) -> bool:
+        """Whether something went wrong, whoever's fault it is."""
+        return self.how in ("impact", "control_lost") or self.lost_control is not None
+
+
+def find_ends(
+    messages: Mapping[str, Message],
+    events: Sequence[Event],
+    flights: Sequence[Flight],
+    vehicle: str,
+) -> tuple[FlightEnd, ...]:
+    """Return how every flight ends, in the order of time."""
+    return tuple(
+        _end(number, flight, messages, events, flights, vehicle)
+        for number, flight in enumerate(flights)
+    )
+
+
+def is_failsafe(event: Event) -> bool:
+    """Return whether the autopilot reports that a failsafe acted."""
+    return event.kind == "failsafe" and SAYS.search(event.text) is not None
+
+
+def _end(
+    number: int,
+    flight: Flight,
+    messages: Mapping[str, Message],
+    events: Sequence[Event],
+    flights: Sequence[Flight],
+    vehicle: str,
+) -> FlightEnd:
+    if not flight.flew:
+        return FlightEnd(number, "on_ground", flight.end)
+    low, high = flight.airborne
+    lost = _lost_control(messages, events, flights, low, high, vehicle, flight.landing is not None)
+    if flight.impact is not None:
+        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost)
+    if lost is not None:
+        return FlightEnd(number, "control_lost", high, None, lost)
+    if any(is_failsafe(e) and low <= e.t <= high for e in events):
+        return FlightEnd(number, "failsafe", high)
+    return FlightEnd(number, "landed" if flight.landing is not None else "in_air", high)
+
+
+def _lost_control(
+    messages: Mapping[str, Message],
+    events: Sequence[Event],
+    flights: Sequence[Flight],
+    low: float,
+    high: float,
+    vehicle: str,
+    landed: bool,
+) -> float | None:
+    """Return since when control is lost to the end of a flight, s, or None."""
+    found = [_upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)]
+    if vehicle in _ROTORS and not landed:
+        found.append(_motors_stopped(messages, low, high, _ROTORS[vehicle]))
+    times = [t for t in found if t is not None]
+    return min(times) if times else None
+
+
+def _upset(
+    messages: Mapping[str, Message],
+    events: Sequence[Event],
+    flights: Sequence[Flight],
+    low: float,
+    high: float,
+    *,
+    has_rotors: bool,
+) -> float | None:
+    """Return since when the vehicle leans or turns where nobody wants it, to the end."""
+    attitude = messages.get("ATTITUDE")
+    if attitude is None or "roll" not in attitude or "pitch" not in attitude:
+        return None
+    inside = (attitude.t >= low) & (attitude.t <= high)
+    t = attitude.t[inside]
+    if t.size < 3:
+        return None
+    roll, pitch = attitude.si("roll")[inside], attitude.si("pitch")[inside]
+    tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
+    wanted, apart = _demand(messages, t, roll, pitch)
+    modes = flight_state(t, events, flights).mode
+    levels = np.array([bool(m) and not any(w in m.upper() for w in _FREE) for m in modes], bool)
+    with np.errstate(invalid="ignore"):
+        unwanted = np.where(np.isfinite(wanted), wanted < TILT - ERROR, levels)
+        leans = (tilt > TILT) & unwanted
+        strays = leans | ((apart > ERROR) & levels)
+    found = [_to_the_end(t, strays, high, APART_S), _to_the_end(t, leans, high, OUT_S)]
+    if has_rotors:
+        found.append(_to_the_end(t, tilt > np.radians(90.0), high, OVER_S))
+    return next((since for since in found if since is not None), None)
+
+
+def _demand(
+    messages: Mapping[str, Message], t: Floats, roll: Floats, pitch: Floats
+) -> tuple[Floats, Floats]:
+    """Return the demanded tilt and how far the attitude is from the demand, rad, NaN unknown."""
+    unknown = np.full(t.size, np.nan)
+    demand = messages.get("NAV_CONTROLLER_OUTPUT")
+    if demand is None or "nav_roll" not in demand or "nav_pitch" not in demand:
+        return unknown, unknown
+    nav_roll, nav_pitch = demand.si("nav_roll"), demand.si("nav_pitch")
+    known = np.isfinite(nav_roll) & np.isfinite(nav_pitch) & (abs(nav_roll) + abs(nav_pitch) > 0)
+    if known.sum() < 3:
+        return unknown, unknown
+    since = np.searchsorted(demand.t, t, side="right") - 1
+    fresh = (since >= 0) & known[since] & (t - demand.t[since] <= PAUSE_S)
+    wanted_roll = np.where(fresh, nav_roll[since], np.nan)
+    wanted_pitch = np.where(fresh, nav_pitch[since], np.nan)
+    tilt = np.arccos(np.clip(np.cos(wanted_roll) * np.cos(wanted_pitch), -1.0, 1.0))
+    # the angle between the two vertical axes of the body: no wrap, no gimbal lock
+    between = _down(roll, pitch) * _down(wanted_roll, wanted_pitch)
+    return tilt, np.arccos(np.clip(between.sum(axis=0), -1.0, 1.0))
+
+
+def _down(roll: Floats, pitch: Floats) -> Floats:
+    """Return the direction of gravity in the body's axes, (3, n)."""
+    return np.array([-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)])
+
+
+def _motors_stopped(
+    messages: Mapping[str, Message], low: float, high: float, rotors: int
+) -> float | None:
+    """Return since when all motors stand still in a fall, to the end."""
+    outputs, climb = messages.get("SERVO_OUTPUT_RAW"), messages.get("VFR_HUD")
+    names = [f"servo{i}_raw" for i in range(1, rotors + 1)]
+    if outputs is None or climb is None or "climb" not in climb:
+        return None
+    if any(name not in outputs for name in names):
+        return None
+    inside = (outputs.t >= low) & (outputs.t <= high)
+    t = outputs.t[inside]
+    if t.size < 3:
+        return None
+    us = np.array([outputs.si(name)[inside] for name in names])
+    sinking = -np.interp(t, climb.t, climb.si("climb"))
+    with np.errstate(invalid="ignore"):
+        still = (us <= us.min(axis=1, keepdims=True) + STOP).all(axis=0)
+    since = _to_the_end(t, still, high, OUT_S)
+    if since is None or not (sinking[t >= since] > FALLING).any():
+        return None
+    return since
+
+
+def _to_the_end(t: Floats, out: NDArray[np.bool_], high: float, least: float) -> float | None:
+    """Return where the stretch begins that lasts, but for short pauses, to the end, or None.
+
+    ``least`` s it must last.
+    """
+    where = np.flatnonzero(out)
+    if not where.size or high - t[where[-1]] > LAST_S:
+        return None
+    pauses = np.flatnonzero(np.diff(t[where]) > PAUSE_S)
+    first = where[pauses[-1] + 1] if pauses.size else where[0]
+    return float(t[first]) if high - t[first] >= least else None

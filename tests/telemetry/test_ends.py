@@ -1,0 +1,121 @@
+"""How a flight ends: with a blow, out of control, landed, in the air."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fdi.telemetry import Event, Flight, read
+from fdi.telemetry.ends import find_ends
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "flights"
+T = np.arange(0.0, 60.0, 0.1)
+UP = Flight(2.0, 60.0, takeoff=3.0)
+
+
+class Made(dict):
+    """A message of columns in SI: what `find_ends` asks of one."""
+
+    t = T
+
+    def si(self, name):
+        return self[name]
+
+
+def ends(flight=UP, vehicle="quad", mode="LOITER", events=(), **columns):
+    """How a flight of 60 s ends with some of its columns given."""
+    level = np.zeros_like(T)
+    attitude = Made(roll=columns.get("roll", level), pitch=columns.get("pitch", level))
+    messages = {"ATTITUDE": attitude}
+    if "nav_roll" in columns:
+        messages["NAV_CONTROLLER_OUTPUT"] = Made(
+            nav_roll=columns["nav_roll"], nav_pitch=level + 1e-3
+        )
+    if "outputs" in columns:
+        names = {f"servo{i}_raw": columns["outputs"] for i in range(1, 5)}
+        messages["SERVO_OUTPUT_RAW"] = Made(names)
+        messages["VFR_HUD"] = Made(climb=columns["climb"])
+    said = [Event(0.0, "mode", mode), *events]
+    (end,) = find_ends(messages, said, [flight], vehicle)
+    return end
+
+
+def after(t, value):
+    """Zero, and from a time on a value."""
+    return np.where(t <= T, value, 0.0)
+
+
+def test_a_level_flight_ends_as_its_motion_says():
+    landed = Flight(2.0, 60.0, takeoff=3.0, landing=55.0)
+    assert (ends().how, ends(landed).how) == ("in_air", "landed")
+    assert ends(Flight(2.0, 60.0, flew=False)).how == "on_ground"
+    blow = ends(Flight(2.0, 60.0, takeoff=3.0, impact=58.0, impact_speed=9.0))
+    assert (blow.how, blow.at, blow.speed, blow.lost_control) == ("impact", 58.0, 9.0, None)
+
+
+def test_control_is_lost_since_it_leans_where_nobody_wants_it():
+    end = ends(roll=after(57.0, 1.5))
+    assert end.how == "control_lost"
+    assert end.lost_control == pytest.approx(57.0, abs=0.11)
+
+
+def test_who_recovers_has_control():
+    assert ends(roll=after(40.0, 1.5) - after(42.0, 1.5)).lost_control is None
+
+
+def test_a_lean_that_is_wanted_is_no_loss():
+    wanted = after(50.0, 1.2)
+    assert ends(roll=wanted, nav_roll=wanted + 1e-3, vehicle="plane").how == "in_air"
+    assert ends(roll=after(57.0, 1.5), mode="ACRO").how == "in_air"
+
+
+def test_a_multicopter_on_its_back_flies_in_no_mode():
+    assert ends(roll=after(50.0, 3.0), mode="ACRO").lost_control == pytest.approx(50.0, abs=0.11)
+    assert ends(roll=after(50.0, 3.0), mode="ACRO", vehicle="plane").lost_control is None
+
+
+def test_control_is_lost_where_the_demand_is_not_followed_to_the_end():
+    demand = np.full_like(T, 0.1)
+    apart = after(50.0, 0.9)
+    assert ends(roll=apart, nav_roll=demand).lost_control == pytest.approx(50.0, abs=0.11)
+    short = after(58.9, 0.9)  # a reversal of the bank that the log cuts off
+    assert ends(roll=short, nav_roll=demand, vehicle="plane").lost_control is None
+
+
+def test_a_fall_with_all_motors_at_their_stop_is_a_loss():
+    outputs = np.where(T < 57.0, 1400.0 + 50.0 * np.sin(T), 1000.0)
+    falling = after(57.0, -1.0) * (T - 57.0) * 9.8
+    assert ends(outputs=outputs, climb=falling).lost_control == pytest.approx(57.0, abs=0.11)
+    assert ends(outputs=outputs, climb=np.zeros_like(T)).lost_control is None
+
+
+def test_only_a_failsafe_that_acts_ends_a_flight_as_one():
+    said = Event(30.0, "failsafe", "Battery Failsafe")
+    assert ends(events=[said]).how == "failsafe"
+    assert ends(events=[Event(30.0, "failsafe", "GPS Glitch or Compass error")]).how == "in_air"
+    assert ends(events=[Event(1.0, "failsafe", "Radio Failsafe")]).how == "in_air"  # on the ground
+
+
+def _labelled(healthy):
+    path = SHARED / "labels.json"
+    flights = json.loads(path.read_text())["flights"] if path.is_file() else {}
+    return [
+        name
+        for name, label in flights.items()
+        if label["use"] == "diagnosis"
+        and (not label["faults"]) == healthy
+        and name.startswith(("sitl/", "healthy/", "crash/", "px4_motor/"))
+    ]
+
+
+@pytest.mark.parametrize("name", _labelled(healthy=True))
+def test_no_healthy_flight_loses_control(name):
+    assert [end.lost_control for end in read(SHARED / name).ends if end.lost_control] == []
+
+
+@pytest.mark.parametrize("name", [n for n in _labelled(healthy=False) if "px4_motor" in n])
+def test_a_quadcopter_without_a_motor_loses_control_within_a_second(name):
+    label = json.loads((SHARED / "labels.json").read_text())["flights"][name]
+    (end,) = read(SHARED / name).ends
+    assert 0.0 < end.lost_control - label["faults"][0]["onset"] < 1.0
