@@ -16,6 +16,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``copied.py``: which channels bring nothing, because another one says the same
 - ``world.py``: what is known of the place and day of a flight
 - ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
+- ``naming.py``: what a person calls a component, and where on the airframe it sits
 - ``placement.py``: which further telemetry would show more
 """
 

@@ -225,6 +225,8 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             swings=quantity(entry.swings, unit),
             scale=entry.scale,
             supports=entry.supports,
+            command=entry.command,
+            says=entry.says or "",
             suspects=tuple(entry.suspects),
             unit=spell(unit),
         )
@@ -262,6 +264,8 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             component=entry.component,
             suspects=tuple(entry.suspects),
             always=entry.always,
+            command=entry.command,
+            says=entry.says or "",
             unit=spell(unit),
         )
     return None
@@ -347,6 +351,7 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
         solves=frozenset(),
         fault=f"{of.channel}:frozen",
         component=of.component,
+        says="keeps showing the very same value in flight",
         unit="s",
     )
     return name
@@ -421,7 +426,12 @@ def _components(
 ) -> dict[str, Component]:
     listed = {
         name: Component(
-            name, d.entry.group, d.entry.description, tuple(d.entry.affects), d.entry.computed
+            name,
+            d.entry.group,
+            d.entry.description,
+            tuple(d.entry.affects),
+            d.entry.computed,
+            d.entry.name or "",
         )
         for name, d in draft.items("components")
     }

@@ -41,7 +41,8 @@ class Component:
     """What a person replaces or tunes.
 
     ``affects`` names components that its failure disturbs. A ``computed`` one has no parts that
-    break: what it says follows from others, which are asked first.
+    break: what it says follows from others, which are asked first. ``title`` is what a person calls
+    it.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Component:
     description: str = ""
     affects: tuple[str, ...] = ()
     computed: bool = False
+    title: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +122,11 @@ class Equation:
     always : bool
         Of a limit: violated from the beginning it tells a fault that was there before, and not
         under what conditions this flight was made.
+    command : bool
+        A violation is seen in a recorded command: it tells what was asked for, not what was done.
+    says : str
+        What is so where it is violated, a verb phrase whose subject is the component, or a whole
+        clause where it concerns none.
     """
 
     name: str
@@ -140,6 +147,8 @@ class Equation:
     scale: float = 0.0
     supports: bool = False
     always: bool = False
+    command: bool = False
+    says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
 

@@ -13,6 +13,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstr
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=80)]
 Quantity = float | str
 """A number in the variable's unit, or a number with a unit: ``0.3 m/s``."""
+Clause = Annotated[str, StringConstraints(pattern=r"^[^_<>=\n]{0,69}[^_<>=\n.]$")]
+"""What is so where a statement is violated, to stand behind the name of a component."""
 
 
 class _Entry(BaseModel):
@@ -25,8 +27,9 @@ def _text_entry(value: Any) -> Any:
 
 
 class ComponentEntry(_Entry):
-    """A component."""
+    """A component; ``name`` is what a person calls it."""
 
+    name: Clause | None = None
     group: str = "other"
     description: str = ""
     affects: list[Name] = []
@@ -85,6 +88,8 @@ class EquationEntry(_Entry):
     swings: Quantity = 0.0
     scale: float = Field(default=0.0, ge=0)
     supports: bool = False
+    command: bool = False
+    says: Clause | None = None
 
 
 class LimitEntry(_Entry):
@@ -98,6 +103,8 @@ class LimitEntry(_Entry):
     when: str | None = None
     solves: list[Name] | None = None
     always: bool = False
+    command: bool = False
+    says: Clause | None = None
 
 
 class FieldEntry(_Entry):

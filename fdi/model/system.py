@@ -53,6 +53,8 @@ class SystemEquation:
     scale: float = 0.0
     supports: bool = False
     always: bool = False
+    command: bool = False
+    says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
     measurement: Measurement | None = None

@@ -1,0 +1,94 @@
+"""What does an alarm mean in a pilot's words?
+
+In: a residual that left health, and the component that is said to have failed. Out: one clause
+whose subject is that component: what the model says of the statement that is violated
+(``says:``), or that it shows something else than the other parts do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from fdi.model.naming import component_words
+from fdi.report.words import clean
+
+if TYPE_CHECKING:
+    from fdi.model import System
+    from fdi.model.parts import Measurement, Variable
+    from fdi.model.system import SystemEquation
+    from fdi.residuals.bank import Generator
+    from fdi.telemetry import Log
+
+
+def channel_words(measurement: Measurement, variables: Mapping[str, Variable]) -> str:
+    """Return what a channel shows, by the description of its variable.
+
+    Examples
+    --------
+    >>> from fdi.model.parts import Measurement, Variable
+    >>> from fdi.telemetry import Channel
+    >>> channel = Channel.parse("GPS_RAW_INT.vel")
+    >>> speed = Measurement(channel, "v_ground", "gps", "sensor")
+    >>> channel_words(speed, {"v_ground": Variable("v_ground", "m/s")})
+    'v ground'
+    >>> channel_words(speed, {"v_ground": Variable("v_ground", "m/s", description="ground speed")})
+    'ground speed'
+    """
+    described = variables[measurement.variable].description
+    return clean(described or measurement.variable.replace("_", " ").strip())
+
+
+def alarm_words(
+    component: str, generator: Generator, system: System, log: Log | None = None
+) -> str:
+    """Return what an alarm of a residual says of a component, as one clause without a full stop.
+
+    What the model says of a statement of this component comes first, the one that is left over
+    before those it is computed with; then what the component's own channels show; then what is
+    said of the whole.
+
+    Parameters
+    ----------
+    component : str
+        One that the residual concerns.
+    log : Log, optional
+        For the component's place on the airframe.
+    """
+    subject = clean(component_words(component, system.components, log))
+    equations = [system.equations[generator.residual]]
+    equations += [system.equations[i] for i in generator.equations if i != generator.residual]
+    for equation in equations:
+        if equation.says and equation.component == component:
+            return f"{subject} {clean(equation.says)}"
+    own = [
+        e.measurement
+        for e in equations
+        if e.measurement and not e.measurement.trusted and e.component == component
+    ]
+    others = _others(component, equations, system)
+    if own and others:
+        return f"{subject} shows another {channel_words(own[0], system.variables)} than {others}"
+    for equation in equations:
+        if equation.says and equation.component is None:
+            return f"{subject}: {clean(equation.says)}"
+    if len(own) > 1:
+        return f"{subject} contradicts itself in {channel_words(own[0], system.variables)}"
+    return f"{subject} does not fit {others or 'what else is recorded'}"
+
+
+def _others(component: str, equations: list[SystemEquation], system: System) -> str:
+    """Return the other parts that a residual compares, at most two, with articles."""
+    names = dict.fromkeys(
+        e.component
+        for e in equations
+        if e.component not in (None, component, "outside_model")
+        and not (e.measurement and e.measurement.trusted)
+    )
+    words = [_inside(clean(component_words(name, system.components))) for name in names if name]
+    return " and ".join(f"the {word}" for word in words[:2])
+
+
+def _inside(words: str) -> str:
+    """Return a name as it stands inside a sentence; an abbreviation keeps its capitals."""
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
