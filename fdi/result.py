@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from fdi.decision import Alarms, Policy
-from fdi.diagnosis import Diagnosis, Finding, Isolability, Size, runs
+from fdi.diagnosis import Diagnosis, Ending, Finding, Isolability, Size, runs
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.accuracy import Told, reported_accuracies
@@ -139,6 +139,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
         ],
         "structure": _structure(analysis),
         "verdict": diagnosis.verdict,
+        "outlook": diagnosis.outlook,
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
         "consequences": [
             {
@@ -151,9 +152,19 @@ def document(analysis: Analysis) -> dict[str, Any]:
             for item in diagnosis.consequences
         ],
         "ruled_out": [
-            {"component": item.component, "text": item.text, "residuals": list(item.residuals)}
+            {
+                "component": item.component,
+                "text": item.text,
+                "residuals": list(item.residuals),
+                "would_show": [
+                    {"fault": one.fault, "size": number(one.size), "unit": one.unit}
+                    for one in item.would_show
+                ],
+            }
             for item in diagnosis.ruled_out
         ],
+        "open": [{"component": item.component, "text": item.text} for item in diagnosis.open],
+        "ends": [_ending(item) for item in diagnosis.endings],
         "not_testable": [
             {"component": item.component, "text": item.text} for item in diagnosis.not_testable
         ],
@@ -162,6 +173,20 @@ def document(analysis: Analysis) -> dict[str, Any]:
         "methods": {},
         "warnings": list(analysis.warnings),
         "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _ending(item: Ending) -> dict[str, Any]:
+    end = item.end
+    return {
+        "flight": end.flight,
+        "how": end.how,
+        "at_s": number(end.at),
+        "speed": number(end.speed),
+        "lost_control_s": number(end.lost_control),
+        "first": [
+            {"at_s": number(one.at), "kind": one.kind, "text": one.text} for one in item.first
+        ],
     }
 
 

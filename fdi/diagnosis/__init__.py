@@ -15,35 +15,50 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
-- ``explain.py``: what is said about it in words
+- ``plain.py``: what an alarm means in a pilot's words
+- ``explain.py``: the evidence for a finding in words
+- ``clearing.py``: who is ruled out, and how small a fault would have shown
+- ``undecided.py``: who is neither accused nor cleared, who could not be tested
+- ``ending.py``: what was first where a flight ended badly
+- ``verdict.py``: the answer in words
 """
 
 from fdi.diagnosis.answer import diagnose
 from fdi.diagnosis.values import (
     Consequence,
     Diagnosis,
+    Ending,
     Evidence,
     FaultGrid,
     Finding,
+    First,
     Grounds,
     Isolability,
     NotTestable,
+    Open,
+    Outlook,
     RuledOut,
     Size,
+    WouldShow,
     runs,
 )
 
 __all__ = [
     "Consequence",
     "Diagnosis",
+    "Ending",
     "Evidence",
     "FaultGrid",
     "Finding",
+    "First",
     "Grounds",
     "Isolability",
     "NotTestable",
+    "Open",
+    "Outlook",
     "RuledOut",
     "Size",
+    "WouldShow",
     "diagnose",
     "runs",
 ]

@@ -6,7 +6,7 @@ between take-off and landing, and never after an impact: what breaks then is no 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,35 +15,33 @@ from fdi import structure
 from fdi.decision import Alarms
 from fdi.decision.accusing import WEIGHING_S
 from fdi.decision.concerns import concerns
-from fdi.decision.noise import airborne_mask
+from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.confidence import grounds_of, load_confidence
+from fdi.diagnosis.ending import endings, went_wrong
 from fdi.diagnosis.episodes import Run, episodes, find_runs
-from fdi.diagnosis.explain import channels_of, evidence, kind_of, size_in_words, verdict
+from fdi.diagnosis.explain import evidence, kind_of, size_in_words
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.passing import is_no_failure
 from fdi.diagnosis.ranking import Cause, Effect, explain_episode
 from fdi.diagnosis.size import size_of
+from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
     MARKED,
     Consequence,
     Diagnosis,
     FaultGrid,
     Finding,
-    Isolability,
-    NotTestable,
+    Open,
     RuledOut,
 )
+from fdi.diagnosis.verdict import count_tests, outlook, verdict
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 from fdi.telemetry.airtime import time_in_air
 
 MERGE_S = 15.0
 """A component accused again within this time is one finding: its alarms merely paused."""
-KNOWN_SHARE = 0.8
-KNOWN_S = 2.0
-"""A test rules out only if it was known for at least this share of the time in the air, and this
-long: an alarm needs 1.5 s."""
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
@@ -56,36 +54,35 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         The bank that the alarms come from.
     """
     implementable = implementable_isolability(bank)
-    structural = structural_isolability(bank.system)
     model = bank.system.structure()
     grid = fault_grid(alarms)
+    ended = endings(alarms)
     findings: tuple[Finding, ...] = ()
     consequences: tuple[Consequence, ...] = ()
-    ruled_out: tuple[RuledOut, ...] = ()
+    cleared: tuple[RuledOut, ...] = ()
+    undecided: tuple[Open, ...] = ()
+    flew = bool(np.any(alarms.residuals.signals.state.airborne))
+    untested = not_testable(alarms, bank, implementable, flew=flew)
     if alarms.use.accuse:
         findings, consequences = _accuse(alarms)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
-        ruled_out = _ruled_out(alarms, bank, named | _marked(grid) | bank.system.curtailed)
-    raised = int(alarms.alarm.any(axis=1).sum())
-    testable = int((alarms.state != -1).any(axis=1).sum())
-    flew = bool(np.any(alarms.residuals.signals.state.airborne))
+        cleared = ruled_out(alarms, bank, named | _marked(grid) | bank.system.curtailed)
+        told = named | {one.component for one in cleared} | {one.component for one in untested}
+        undecided = left_open(alarms, told)
+    tests = count_tests(alarms)
     return Diagnosis(
-        verdict=verdict(
-            findings,
-            accuses=alarms.use.accuse,
-            testable=testable,
-            tests=len(alarms.state),
-            raised=raised,
-            flew=flew,
-        ),
+        verdict=verdict(findings, consequences, ended, tests, alarms),
+        outlook=outlook(findings, ended, tests, alarms),
+        endings=ended,
         findings=findings,
         consequences=consequences,
-        ruled_out=ruled_out,
-        not_testable=_not_testable(alarms, bank, implementable, flew=flew),
+        ruled_out=cleared,
+        open=undecided,
+        not_testable=untested,
         grid=grid,
         implementable=implementable,
-        structural=structural,
+        structural=structural_isolability(bank.system),
         decomposition=structure.decompose(model),
         graph_components=len(structure.graph_components(model)),
     )
@@ -136,7 +133,22 @@ def _explained(
         causes += [(number, (start, end), cause) for cause in own]
         effects += follows
     causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].share, item[2].component))
-    return causes, effects
+    fatal = [item for item in causes if _led_to_the_end(item, alarms)]
+    return [*fatal, *(item for item in causes if item not in fatal)], effects
+
+
+def _led_to_the_end(item: tuple[int, tuple[float, float], Cause], alarms: Alarms) -> bool:
+    """Return whether a cause still stood when the last flight that went wrong did.
+
+    What healed long before explains no crash.
+    """
+    bad = [one for one in alarms.residuals.signals.ends if one.is_bad]
+    number, _, cause = item
+    return (
+        bool(bad)
+        and bad[-1].flight == number
+        and max(run.end for run in cause.runs) >= went_wrong(bad[-1]) - WEIGHING_S
+    )
 
 
 def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Cause], list[Effect]]:
@@ -229,7 +241,10 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
     for effect in effects:
         onset = effect.cause.runs[0].onset
         name = effect.cause.component
-        cause = next(f for f in reversed(findings) if f.component == name and f.onset <= onset)
+        cause = max(
+            (f for f in findings if f.component == name and f.onset <= onset),
+            key=lambda f: f.onset,
+        )
         first = min(run.onset for run in effect.runs)
         later = first - cause.onset
         when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {name}"
@@ -239,69 +254,7 @@ def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple
     return tuple(sorted(result, key=lambda item: (item.onset, item.component)))
 
 
-def _ruled_out(alarms: Alarms, bank: Bank, named: set[str]) -> tuple[RuledOut, ...]:
-    """Return the components all of whose testable faults have a test that ran and stayed quiet."""
-    signals = alarms.residuals.signals
-    flying = airborne_mask(signals)
-    known = (alarms.state[:, flying] != -1).sum(axis=1)
-    least = max(KNOWN_SHARE * flying.sum(), KNOWN_S * signals.rate_hz)
-    quiet = (known >= least) & ~alarms.alarm.any(axis=1)
-    holds = bank.incidence
-    result = []
-    for component, columns in _by_component(bank).items():
-        testable = [c for c in columns if holds[:, c].any()]
-        tests = [np.flatnonzero(holds[:, c] & quiet) for c in testable]
-        if component in named or not tests or not all(len(rows) for rows in tests):
-            continue
-        rows = list(dict.fromkeys(int(row) for own in tests for row in own[:2]))
-        channels = dict.fromkeys(
-            channel for row in rows for channel in channels_of(bank, bank.generators[row])
-        )
-        shown = ", ".join(list(channels)[:4]) + (" ..." if len(channels) > 4 else "")
-        text = f"every testable fault has a test that ran and raised no alarm ({shown})"
-        result.append(RuledOut(component, text, tuple(bank.generators[row].id for row in rows)))
-    return tuple(sorted(result, key=lambda item: item.component))
-
-
 def _marked(grid: FaultGrid) -> set[str]:
     """Return the components of which a fault is marked at any time."""
     marked = (grid.marks == MARKED).any(axis=1)
     return {name for name, seen in zip(grid.components, marked, strict=True) if seen}
-
-
-def _by_component(bank: Bank) -> Mapping[str, list[int]]:
-    found: dict[str, list[int]] = {}
-    for column, fault in enumerate(bank.system.faults):
-        found.setdefault(fault.component, []).append(column)
-    return found
-
-
-def _not_testable(
-    alarms: Alarms, bank: Bank, implementable: Isolability, *, flew: bool
-) -> tuple[NotTestable, ...]:
-    system = bank.system
-    present = _by_component(bank)
-    ran = (alarms.state != -1).any(axis=1)
-    concerned: dict[str, list[int]] = {}
-    for row, generator in enumerate(bank.generators):
-        whom = system.equations[generator.residual].component
-        if whom is not None:
-            concerned.setdefault(whom, []).append(row)
-    result = []
-    for name in system.components:
-        columns = present.get(name, [])
-        seen = [c for c in columns if implementable.detectable[c]]
-        if name == "outside_model" or (not columns and ran[concerned.get(name, [])].any()):
-            continue
-        if not columns and name not in concerned:
-            text = "no channel in this log shows it"
-        elif columns and not seen:
-            names = ", ".join(system.faults[c].name for c in columns[:4])
-            text = f"its channels are in no test that this telemetry allows ({names})"
-        elif not any((bank.incidence[:, c] & ran).any() for c in seen):
-            text = "its tests never had all their inputs"
-            text += "" if flew else ", or hold in the air only"
-        else:
-            continue
-        result.append(NotTestable(name, text))
-    return tuple(result)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fdi.decision import Alarms
 from fdi.diagnosis.episodes import Run
 from fdi.diagnosis.ranking import Cause
-from fdi.diagnosis.values import Evidence, Finding, FindingKind, Size
+from fdi.diagnosis.values import Evidence, FindingKind, Size
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
@@ -36,6 +36,7 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
         sentence(telling, alarms) + (tail if more else ""),
         tuple(bank.generators[row].id for row in rows),
         tuple(channels),
+        bank.generators[telling.row].id,
     )
 
 
@@ -174,54 +175,6 @@ def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
     bank = alarms.residuals.bank
     kinds = {bank.system.equations[bank.generators[r.row].residual].kind for r in cause.runs[:3]}
     return "limit" if kinds == {Kind.LIMIT} else "unknown"
-
-
-def verdict(
-    findings: tuple[Finding, ...],
-    *,
-    accuses: bool,
-    testable: int,
-    tests: int,
-    raised: int,
-    flew: bool,
-) -> str:
-    """Return the answer in one sentence, and in another that the vehicle is never seen to fly.
-
-    ``testable`` of the ``tests`` were known at some time, ``raised`` of them raised an alarm.
-    """
-    answer = _answer(findings, accuses=accuses, testable=testable, tests=tests, raised=raised)
-    return answer if flew else f"{answer} The vehicle is never seen to fly."
-
-
-def _answer(
-    findings: tuple[Finding, ...], *, accuses: bool, testable: int, tests: int, raised: int
-) -> str:
-    if not accuses:
-        return "This policy gives a fault grid and accuses no component."
-    if not testable:
-        return "Nothing in this telemetry could be tested."
-    if not findings:
-        if raised:
-            return (
-                f"No component is accused: {raised} of {tests} tests raised alarms, but no "
-                "component's failure explains them well enough."
-            )
-        ran = (
-            f"all {tests} tests" if testable == tests else f"{testable} of {tests} tests could run"
-        )
-        link = " stayed" if testable == tests else " and stayed"
-        return f"No component is accused: {ran}{link} within what health explains."
-    first = findings[0]
-    others = list(dict.fromkeys(f.component for f in findings if f.component != first.component))
-    text = f"{first.component} failed first, from {first.onset:.1f} s: {first.evidence.text}"
-    again = [f"{f.onset:.1f} s" for f in findings[1:] if f.component == first.component]
-    if again:
-        text += f"; again from {', '.join(again[-3:])}"
-    if first.inseparable_from:
-        text += f" (cannot be told from {', '.join(first.inseparable_from)})"
-    if others:
-        text += f". Also accused: {', '.join(others)}"
-    return text + "."
 
 
 def statement(equation: SystemEquation) -> str:

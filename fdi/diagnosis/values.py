@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.structure.decomposition import Decomposition
+from fdi.telemetry.ends import FlightEnd
 
 if TYPE_CHECKING:
     import pandas
 
 QUIET, MARKED, UNKNOWN = 0, 1, -1
+MOST_LETTERS = 240
 
 FindingKind = Literal[
     "step", "ramp", "freeze", "loss", "noise", "scale", "stuck", "limit", "unknown"
@@ -22,11 +24,12 @@ FindingKind = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What a person can check against a plot."""
+    """What a person can check against a plot; ``telling`` is the residual that tells most."""
 
     text: str
     residuals: tuple[str, ...]
     channels: tuple[str, ...]
+    telling: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +130,72 @@ class Consequence:
 
 
 @dataclass(frozen=True, slots=True)
+class WouldShow:
+    """The size of a lasting change from which on a fault would have shown."""
+
+    fault: str
+    size: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
 class RuledOut:
-    """A component that the data speak for: its tests were able to run and stayed quiet."""
+    """A component that the data speak for: its tests could have seen a fault and stayed quiet.
+
+    ``text`` is for a person: how large the faults are that would have shown.
+    """
 
     component: str
     text: str
     residuals: tuple[str, ...]
+    would_show: tuple[WouldShow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """A component that is neither accused nor cleared, and why."""
+
+    component: str
+    text: str
+
+
+FirstKind = Literal["event", "command", "trigger", "alarm"]
+
+
+@dataclass(frozen=True, slots=True)
+class First:
+    """Something that happened in the last seconds before a flight went wrong.
+
+    Attributes
+    ----------
+    at : float
+        s of the log's clock.
+    kind : str
+        ``event`` (the autopilot reports), ``command`` (somebody or the autopilot asked for it),
+        ``trigger`` (a test was beyond its threshold), ``alarm`` (and stayed there).
+    text : str
+        For a person.
+    component : str or None
+        Whom a trigger or alarm concerns first.
+    """
+
+    at: float
+    kind: FirstKind
+    text: str
+    component: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a flight ended, and what was first where it ended badly, in the order of time."""
+
+    end: FlightEnd
+    first: tuple[First, ...] = ()
+
+
+Outlook = Literal["accused", "ended badly", "alarms", "healthy", "untested"]
+"""What a glance should tell: ``healthy`` only where the vehicle flew, nothing went wrong, no alarm
+was raised and what keeps it in the air could be tested."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +271,12 @@ class Diagnosis:
 
     Attributes
     ----------
+    verdict : str
+        The answer in at most `MOST_LETTERS` letters.
+    endings : tuple of Ending
+        One for each flight.
+    open : tuple of Open
+        Who is neither accused nor cleared, though tests ran.
     implementable, structural : Isolability
         By the residual generators, and by structure alone.
     decomposition : Decomposition
@@ -215,9 +284,12 @@ class Diagnosis:
     """
 
     verdict: str
+    outlook: Outlook
+    endings: tuple[Ending, ...]
     findings: tuple[Finding, ...]
     consequences: tuple[Consequence, ...]
     ruled_out: tuple[RuledOut, ...]
+    open: tuple[Open, ...]
     not_testable: tuple[NotTestable, ...]
     grid: FaultGrid
     implementable: Isolability

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from fdi.errors import LogError
 from fdi.model.copied import find_copies, infallible, witnesses
 from fdi.model.dimensions import Dimension
+from fdi.model.naming import placed
 from fdi.model.observe import (
     faults_of,
     first_inputs,
@@ -108,7 +109,7 @@ class Airframe:
             channels=tuple(request(m) for m in present),
             variables=self.variables,
             parameters=parameters,
-            components=self.components,
+            components=placed(self.components, log),
             curtailed=curtailed,
             warnings=tuple(warnings),
             copies=copies,

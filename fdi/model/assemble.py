@@ -432,6 +432,7 @@ def _components(
             tuple(d.entry.affects),
             d.entry.computed,
             d.entry.name or "",
+            ends_log=d.entry.ends_log,
         )
         for name, d in draft.items("components")
     }

@@ -13,6 +13,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from importlib.resources import files
 from math import atan2, degrees, floor
@@ -37,21 +38,27 @@ _QUAD, _HEXA = 1.0, 2.0  # FRAME_CLASS
 _PX4_MOTOR: Final = 100  # PWM_MAIN_FUNCn: 101 is motor 1
 
 
-def component_words(
-    component: str, components: Mapping[str, Component], log: Log | None = None
-) -> str:
-    """Return what a person calls a component, with its place where the log tells it.
+def component_words(component: str, components: Mapping[str, Component]) -> str:
+    """Return what a person calls a component, with its place where that is known.
 
     Examples
     --------
-    >>> known = {"gps": Component("gps", title="GPS receiver"), "motor_2": Component("motor_2")}
+    >>> gps, motor = Component("gps", title="GPS receiver"), Component("motor_2", place="rear left")
+    >>> known = {"gps": gps, "motor_2": motor}
     >>> component_words("gps", known), component_words("motor_2", known)
-    ('GPS receiver', 'Motor 2')
+    ('GPS receiver', 'Motor 2 (rear left)')
     """
     known = components.get(component)
     words = known.title if known and known.title else component.replace("_", " ").strip()
-    place = place_of(component, log) if log is not None else ""
+    place = known.place if known else ""
     return words[:1].upper() + words[1:] + (f" ({place})" if place else "")
+
+
+def placed(components: Mapping[str, Component], log: Log | None) -> dict[str, Component]:
+    """Return components with their places on the airframe of a log."""
+    if log is None:
+        return dict(components)
+    return {name: replace(one, place=place_of(name, log)) for name, one in components.items()}
 
 
 def place_of(component: str, log: Log) -> str:

@@ -42,7 +42,8 @@ class Component:
 
     ``affects`` names components that its failure disturbs. A ``computed`` one has no parts that
     break: what it says follows from others, which are asked first. ``title`` is what a person calls
-    it.
+    it, ``place`` where on the airframe it sits, as far as a log tells. What ``ends_log`` takes the
+    recorder with it: a log that ends in the air cannot speak for it.
     """
 
     name: str
@@ -51,6 +52,8 @@ class Component:
     affects: tuple[str, ...] = ()
     computed: bool = False
     title: str = ""
+    place: str = ""
+    ends_log: bool = False
 
 
 @dataclass(frozen=True, slots=True)

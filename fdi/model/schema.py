@@ -34,6 +34,7 @@ class ComponentEntry(_Entry):
     description: str = ""
     affects: list[Name] = []
     computed: bool = False
+    ends_log: bool = False
 
 
 class VariableEntry(_Entry):

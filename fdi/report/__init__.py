@@ -14,7 +14,6 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``words.py``: times, numbers and foreign text as a person reads them
-- ``plain.py``: what an alarm means in a pilot's words
 """
 
 from fdi.report.convert import convert

@@ -26,7 +26,6 @@ from fdi.report.words import (
     flown,
     into_flight,
     latencies,
-    left_open,
     log_time,
     number,
     per_cent,
@@ -89,7 +88,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
-        left_open=left_open(analysis),
+        endings=[one for one in analysis.diagnosis.endings if one.first],
         window_text=window(analysis),
         model_text=analysis.airframe.description,
     )

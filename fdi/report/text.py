@@ -8,11 +8,11 @@ tested, and how good the data are.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fdi.diagnosis import Finding
+from fdi.diagnosis import Finding, Outlook
 from fdi.report.words import (
     accuracies,
     at,
@@ -22,7 +22,6 @@ from fdi.report.words import (
     flown,
     into_flight,
     latencies,
-    left_open,
     log_time,
     per_cent,
     plural,
@@ -39,6 +38,13 @@ if TYPE_CHECKING:
 
 WIDTH: Final = 100
 MOST_FINDINGS: Final = 20
+STYLES: Final[Mapping[Outlook, str]] = {
+    "accused": "bold red",
+    "ended badly": "bold red",
+    "alarms": "bold yellow",
+    "healthy": "bold green",
+    "untested": "bold",
+}
 MOST_LINES: Final = 8
 """Of a list that the report holds whole."""
 
@@ -103,6 +109,7 @@ def table(*columns: str) -> Table:
 def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[RenderableType]:
     """Yield the parts of the summary, for a console of rich."""
     yield from _head(analysis)
+    yield from _first(analysis)
     yield from _findings(analysis)
     yield from _consequences(analysis)
     yield from _ruled_out(analysis)
@@ -128,7 +135,7 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
         f"policy {analysis.policy.name}{window(analysis)}, {tests}{budget(analysis)}"
     )
     yield text("")
-    yield text(analysis.verdict, "bold red" if analysis.findings else "bold")
+    yield text(analysis.verdict, STYLES[analysis.diagnosis.outlook])
 
 
 def _findings(analysis: Analysis) -> Iterator[RenderableType]:
@@ -190,10 +197,18 @@ def _consequences(analysis: Analysis) -> Iterator[RenderableType]:
 
 
 def _ruled_out(analysis: Analysis) -> Iterator[RenderableType]:
-    names = [item.component for item in analysis.diagnosis.ruled_out]
-    if names:
-        yield heading("Ruled out: their tests ran and raised no alarm")
-        yield _indented(", ".join(names))
+    yield from _list(
+        "Ruled out: what would have shown did not",
+        [f"{item.component}: {item.text}" for item in analysis.diagnosis.ruled_out],
+        most=len(analysis.diagnosis.ruled_out),
+    )
+
+
+def _first(analysis: Analysis) -> Iterator[RenderableType]:
+    for ending in analysis.diagnosis.endings:
+        if ending.first:
+            lines = [f"log {at(one.at)} s  {one.kind}: {one.text}" for one in ending.first]
+            yield from _list("What was first, before it went wrong", lines)
 
 
 def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
@@ -207,12 +222,12 @@ def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
 
 
 def _left_open(analysis: Analysis) -> Iterator[RenderableType]:
-    names = left_open(analysis)
-    if names:
-        yield heading(
-            "Open: alarms that accuse nobody concern them, or no test of a part of them ran"
-        )
-        yield _indented(", ".join(names))
+    found = analysis.diagnosis.open
+    yield from _list(
+        "Open: neither accused nor cleared",
+        [f"{item.component}: {item.text}" for item in found],
+        most=len(found),
+    )
 
 
 def _data(analysis: Analysis) -> Iterator[RenderableType]:

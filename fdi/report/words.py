@@ -124,21 +124,6 @@ def flown(flights: Sequence[Flight]) -> str:
     return count if last.landing is not None else f"{count}, {which} is not seen to land"
 
 
-def left_open(analysis: Analysis) -> list[str]:
-    """Return the components that are neither accused nor cleared, nor beyond this telemetry."""
-    if not analysis.policy.accuse:
-        return []
-    found = analysis.diagnosis
-    told = {
-        item.component
-        for items in (found.findings, found.consequences, found.ruled_out, found.not_testable)
-        for item in items
-    } | {name for finding in found.findings for name in finding.inseparable_from}
-    return [
-        name for name in analysis.system.components if name not in told and name != "outside_model"
-    ]
-
-
 def log_time(t: float, log: Log) -> str:
     """Return a time of the log's clock, with UTC where it is known."""
     utc = log.clock.utc(t)

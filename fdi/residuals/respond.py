@@ -21,7 +21,7 @@ from fdi.residuals.evaluate import Context, Value, compute_node, context_of
 from fdi.telemetry import Signals
 
 Fault = Mapping[int, Floats]
-"""Measurement equation to the column, (n,), by which its channel reads too high."""
+"""Equation to the column, (n,), by which its channel reads too high, or its value is off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,20 +77,42 @@ def respond(piece: Stretch, fault: Fault) -> Floats:
         residual is unknown with or without it.
     """
     bank = piece.bank
-    context = replace(piece.context, added=fault, shown=_shown(piece, fault))
-    done = dict(enumerate(piece.nodes))
-    reached: set[int] = set()
-    for number, node in enumerate(bank.nodes):
-        if node.equation in fault or not reached.isdisjoint(piece.arguments[number]):
-            reached.add(number)
-            done[number] = compute_node(node, done, context)
+    found = reached(piece, fault)
     change = np.zeros((len(bank.generators), len(piece.t)))
     for row, generator in enumerate(bank.generators):
-        if generator.node in reached:
-            moved = done[generator.node].column - piece.nodes[generator.node].column
+        if generator.node in found:
+            moved = found[generator.node] - piece.nodes[generator.node].column
             circular = bank.system.equations[generator.residual].circular
             change[row] = wrap(moved) if circular else moved
     return change
+
+
+def reached(piece: Stretch, fault: Fault) -> dict[int, Floats]:
+    """Return the column, (n,), of every node that a fault in the data reaches, with the fault.
+
+    Parameters
+    ----------
+    piece : Stretch
+    fault : mapping of int to (n,) float
+        By equation: what is added to a channel, to what the equation gives, or to its residual.
+    """
+    channels = {
+        number: added
+        for number, added in fault.items()
+        if piece.bank.system.equations[number].measurement is not None
+    }
+    context = replace(piece.context, added=channels, shown=_shown(piece, channels))
+    done = dict(enumerate(piece.nodes))
+    found: dict[int, Floats] = {}
+    for number, node in enumerate(piece.bank.nodes):
+        own = node.equation in fault
+        if own or not found.keys().isdisjoint(piece.arguments[number]):
+            value = compute_node(node, done, context)
+            if own and node.equation not in channels:
+                value = replace(value, column=value.column + fault[node.equation])
+            done[number] = value
+            found[number] = value.column
+    return found
 
 
 def _shown(piece: Stretch, fault: Fault) -> Mapping[str, Floats]:

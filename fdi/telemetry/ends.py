@@ -23,6 +23,7 @@ from fdi.telemetry.events import Event, Flight, flight_state
 from fdi.telemetry.message import Message
 
 Floats = NDArray[np.float64]
+LostBy = Literal["lean", "demand", "stop"]
 How = Literal["landed", "impact", "in_air", "control_lost", "failsafe", "on_ground"]
 
 TILT: Final = np.radians(60.0)
@@ -72,6 +73,9 @@ class FlightEnd:
         m/s, descent just before an impact.
     lost_control : float or None
         s, since when nobody had control of it; None where that was never lost, or is not known.
+    lost_by : str
+        How that shows: it leans (``lean``), does not follow its demand (``demand``), falls with all
+        motors at their stop (``stop``).
     """
 
     flight: int
@@ -79,6 +83,7 @@ class FlightEnd:
     at: float
     speed: float | None = None
     lost_control: float | None = None
+    lost_by: LostBy | None = None
 
     @property
     def is_bad(self) -> bool:
@@ -115,11 +120,12 @@ def _end(
     if not flight.flew:
         return FlightEnd(number, "on_ground", flight.end)
     low, high = flight.airborne
-    lost = _lost_control(messages, events, flights, low, high, vehicle, flight.landing is not None)
+    found = _lost_control(messages, events, flights, flight, vehicle)
+    lost, by = found or (None, None)
     if flight.impact is not None:
-        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost)
+        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by)
     if lost is not None:
-        return FlightEnd(number, "control_lost", high, None, lost)
+        return FlightEnd(number, "control_lost", high, None, lost, by)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):
         return FlightEnd(number, "failsafe", high)
     return FlightEnd(number, "landed" if flight.landing is not None else "in_air", high)
@@ -129,17 +135,17 @@ def _lost_control(
     messages: Mapping[str, Message],
     events: Sequence[Event],
     flights: Sequence[Flight],
-    low: float,
-    high: float,
+    flight: Flight,
     vehicle: str,
-    landed: bool,
-) -> float | None:
-    """Return since when control is lost to the end of a flight, s, or None."""
-    found = [_upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)]
-    if vehicle in _ROTORS and not landed:
-        found.append(_motors_stopped(messages, low, high, _ROTORS[vehicle]))
-    times = [t for t in found if t is not None]
-    return min(times) if times else None
+) -> tuple[float, LostBy] | None:
+    """Return since when control is lost to the end of a flight, s, and how that shows, or None."""
+    low, high = flight.airborne
+    found = _upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)
+    if vehicle in _ROTORS and flight.landing is None:
+        stopped = _motors_stopped(messages, low, high, _ROTORS[vehicle])
+        if stopped is not None:
+            found.append((stopped, "stop"))
+    return min(found, default=None)
 
 
 def _upset(
@@ -150,15 +156,15 @@ def _upset(
     high: float,
     *,
     has_rotors: bool,
-) -> float | None:
+) -> list[tuple[float, LostBy]]:
     """Return since when the vehicle leans or turns where nobody wants it, to the end."""
     attitude = messages.get("ATTITUDE")
     if attitude is None or "roll" not in attitude or "pitch" not in attitude:
-        return None
+        return []
     inside = (attitude.t >= low) & (attitude.t <= high)
     t = attitude.t[inside]
     if t.size < 3:
-        return None
+        return []
     roll, pitch = attitude.si("roll")[inside], attitude.si("pitch")[inside]
     tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
     wanted, apart = _demand(messages, t, roll, pitch)
@@ -168,10 +174,13 @@ def _upset(
         unwanted = np.where(np.isfinite(wanted), wanted < TILT - ERROR, levels)
         leans = (tilt > TILT) & unwanted
         strays = leans | ((apart > ERROR) & levels)
-    found = [_to_the_end(t, strays, high, APART_S), _to_the_end(t, leans, high, OUT_S)]
+    shown: list[tuple[float | None, LostBy]] = [
+        (_to_the_end(t, leans, high, OUT_S), "lean"),
+        (_to_the_end(t, strays, high, APART_S), "demand"),
+    ]
     if has_rotors:
-        found.append(_to_the_end(t, tilt > np.radians(90.0), high, OVER_S))
-    return next((since for since in found if since is not None), None)
+        shown.append((_to_the_end(t, tilt > np.radians(90.0), high, OVER_S), "lean"))
+    return [(since, by) for since, by in shown if since is not None]
 
 
 def _demand(

@@ -172,7 +172,7 @@ def _armed(
 
 
 def _motion(messages: Mapping[str, Message]) -> _Motion:
-    t, height = _heights(messages)
+    t, height = heights(messages)
 
     def at_height(sources: tuple[tuple[str, str, float], ...]) -> Floats:
         known_t, values = _first(messages, sources)
@@ -188,7 +188,7 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
     return _Motion(t, height, climb, speed, throttle, state, force)
 
 
-def _heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+def heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
     """Return times and heights above the place of take-off; without one, above the lowest."""
     t, height = _first(messages, _HEIGHTS)
     is_absolute = not t.size

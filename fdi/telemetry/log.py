@@ -261,7 +261,13 @@ class Log:
 
     def _material(self) -> Material:
         return Material(
-            self.messages, self.span, self.events, self.flights, self.parameters, self.name
+            self.messages,
+            self.span,
+            self.events,
+            self.flights,
+            self.parameters,
+            self.name,
+            self.ends,
         )
 
     def __repr__(self) -> str:

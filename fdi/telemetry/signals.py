@@ -23,7 +23,9 @@ from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
 from fdi.telemetry.channel import Channel
+from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
+from fdi.telemetry.flights import heights
 from fdi.telemetry.message import Message
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ class Material:
         By key.
     span : (float, float)
         s, first and last record.
-    events, flights, parameters, log_name
+    events, flights, parameters, log_name, ends
         Handed on with the signals.
     """
 
@@ -61,6 +63,7 @@ class Material:
     flights: tuple[Flight, ...]
     parameters: Mapping[str, float]
     log_name: str
+    ends: tuple[FlightEnd, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,6 +151,10 @@ class Signals:
         On the grid.
     accuracy : Mapping[Channel, (n,) float64]
         What the log itself says of a channel's accuracy, where it says anything.
+    ends : tuple of FlightEnd
+        How every flight ends.
+    height : (n,) float64 or None
+        m above the place of take-off (or the lowest place), NaN unknown; to tell, no channel.
     """
 
     t: Floats
@@ -160,6 +167,8 @@ class Signals:
     parameters: Mapping[str, float]
     log_name: str
     accuracy: Mapping[Channel, Floats] = field(default_factory=dict)
+    ends: tuple[FlightEnd, ...] = ()
+    height: Floats | None = None
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -225,7 +234,18 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         material.parameters,
         material.log_name,
         MappingProxyType(accuracy),
+        material.ends,
+        _height(material, t),
     )
+
+
+def _height(material: Material, t: Floats) -> Floats | None:
+    known_t, height = heights(material.messages)
+    if not known_t.size:
+        return None
+    found: Floats = np.interp(t, known_t, height, left=np.nan, right=np.nan)
+    found.flags.writeable = False
+    return found
 
 
 def _extent(material: Material) -> tuple[float, float]:

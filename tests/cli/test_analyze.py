@@ -13,7 +13,7 @@ OTHER = LOG.with_name("copter_gps_loss_landing.tlog")
 def test_it_prints_the_verdict_and_writes_the_folder_here(run: Run, model: Path) -> None:
     ended = run("analyze", LOG, "--model", model)
     assert ended.code == 0
-    assert "motor_1 failed first" in ended.out
+    assert "Motor 1 (front right) failed first" in ended.out
     folder = Path(f"{LOG.stem}.fdi")
     assert {entry.name for entry in folder.iterdir()} == NAMES
     assert not list(LOG.parent.glob("*.fdi"))

@@ -67,6 +67,8 @@ def alarms_of(
     seconds=100,
     peak=3.0,
     policy=POLICY,
+    ends=(),
+    events=(),
     **changes,
 ):
     """Alarms of a bank: ``raised`` and ``unknown`` are rows with the intervals, s, of each.
@@ -84,7 +86,12 @@ def alarms_of(
     shown, strength = peak * alarm, np.where(blank, np.nan, abs(peak) * alarm)
     zero = np.zeros(count)
     every = np.zeros((count, len(t)))
-    signals = Signals(t, {}, {}, flight_state(t, (), flights), RATE, (), flights, {}, "by hand")
+    columns = {request.channel: np.zeros(len(t)) for request in bank.system.channels}
+    period = dict.fromkeys(columns, 1 / RATE)
+    state_ = flight_state(t, events, flights)
+    signals = Signals(
+        t, columns, period, state_, RATE, tuple(events), flights, {}, "by hand", ends=ends
+    )
     response = np.full((count, len(bank.system.faults)), np.nan)
     residuals = Residuals(
         bank,

@@ -106,5 +106,5 @@ def test_names_of_shipped_components_are_words(name):
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no flights beside the repository")
 def test_motor_of_a_recorded_flight_is_named_with_its_place():
     log = read(SHARED / "crash" / "motor2_lost.bin")
-    components = load_airframe("quadcopter").components
-    assert component_words("motor_2", components, log) == "Motor 2 (rear left)"
+    components = load_airframe("quadcopter").observe(log).components
+    assert component_words("motor_2", components) == "Motor 2 (rear left)"

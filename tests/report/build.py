@@ -15,11 +15,15 @@ import numpy as np
 from fdi.decision import load_policy
 from fdi.diagnosis import (
     Consequence,
+    Ending,
     Evidence,
     Finding,
+    First,
     Grounds,
     NotTestable,
+    Open,
     RuledOut,
+    WouldShow,
     diagnose,
 )
 from fdi.model import load_airframe
@@ -28,6 +32,7 @@ from fdi.residuals import build_bank
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
 from fdi.telemetry import Clock, Event, Flight, Log, Message, QualityRecord
+from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.message import Column
 from fdi.units import Conversion
 
@@ -181,7 +186,22 @@ def by_hand() -> dict[str, Any]:
         "consequences": (
             Consequence("estimator", ("GLOBAL_POSITION_INT.alt",), 44.0, 1, "estimator shows it"),
         ),
-        "ruled_out": (RuledOut("barometer", "its tests ran and stayed quiet", ("r2",)),),
+        "outlook": "accused",
+        "endings": (
+            Ending(
+                FlightEnd(0, "impact", 60.0, 9.0),
+                (First(55.0, "alarm", "GPS receiver shows another height", "gps"),),
+            ),
+        ),
+        "ruled_out": (
+            RuledOut(
+                "barometer",
+                "a lasting change of 1 hPa would have shown",
+                ("r2",),
+                (WouldShow("SCALED_PRESSURE.press_abs", 100.0, "Pa"),),
+            ),
+        ),
+        "open": (Open("battery", "its tests do not say how small a fault they would show"),),
         "not_testable": (NotTestable("compass", "no channel in this log shows it"),),
     }
 
@@ -190,6 +210,9 @@ NOTHING: dict[str, Any] = {
     "verdict": "No component is accused.",
     "findings": (),
     "consequences": (),
+    "outlook": "healthy",
+    "endings": (),
     "ruled_out": (),
+    "open": (),
     "not_testable": (),
 }

@@ -1,7 +1,7 @@
 import pytest
 
+from fdi.diagnosis.plain import alarm_words
 from fdi.model import load_airframe, shipped_models
-from fdi.report.plain import alarm_words
 from fdi.residuals import build_bank
 from fdi.telemetry import read
 from tests.flights import SHARED
@@ -58,6 +58,6 @@ def test_clause_names_the_place_of_a_motor():
     generator = next(
         g for g in bank.generators if system.equations[g.residual].name == "motor_2_given_more"
     )
-    assert alarm_words("motor_2", generator, system, log) == (
+    assert alarm_words("motor_2", generator, system) == (
         "Motor 2 (rear left) is given far more power than its share"
     )

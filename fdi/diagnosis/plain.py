@@ -11,14 +11,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from fdi.model.naming import component_words
-from fdi.report.words import clean
 
 if TYPE_CHECKING:
     from fdi.model import System
     from fdi.model.parts import Measurement, Variable
     from fdi.model.system import SystemEquation
     from fdi.residuals.bank import Generator
-    from fdi.telemetry import Log
 
 
 def channel_words(measurement: Measurement, variables: Mapping[str, Variable]) -> str:
@@ -36,31 +34,46 @@ def channel_words(measurement: Measurement, variables: Mapping[str, Variable]) -
     'ground speed'
     """
     described = variables[measurement.variable].description
-    return clean(described or measurement.variable.replace("_", " ").strip())
+    return described or measurement.variable.replace("_", " ").strip()
 
 
-def alarm_words(
-    component: str, generator: Generator, system: System, log: Log | None = None
-) -> str:
-    """Return what an alarm of a residual says of a component, as one clause without a full stop.
-
-    What the model says of a statement of this component comes first, the one that is left over
-    before those it is computed with; then what the component's own channels show; then what is
-    said of the whole.
+def alarm_words(component: str, generator: Generator, system: System) -> str:
+    """Return what an alarm of a residual says of a component, with its name, without a full stop.
 
     Parameters
     ----------
     component : str
         One that the residual concerns.
-    log : Log, optional
-        For the component's place on the airframe.
     """
-    subject = clean(component_words(component, system.components, log))
+    subject = component_words(component, system.components)
+    clause, is_verb = _clause(component, generator, system)
+    return f"{subject} {clause}" if is_verb else f"{subject}: {clause}"
+
+
+def alarm_clause(component: str, generator: Generator, system: System) -> str:
+    """Return the same where the component was named before: ``it ...``.
+
+    Parameters
+    ----------
+    component : str
+        One that the residual concerns.
+    """
+    clause, is_verb = _clause(component, generator, system)
+    return f"it {clause}" if is_verb else clause
+
+
+def _clause(component: str, generator: Generator, system: System) -> tuple[str, bool]:
+    """Return what an alarm says, and whether it is a verb phrase with the component as subject.
+
+    What the model says of a statement of this component comes first, the one that is left over
+    before those it is computed with; then what the component's own channels show; then what is
+    said of the whole.
+    """
     equations = [system.equations[generator.residual]]
     equations += [system.equations[i] for i in generator.equations if i != generator.residual]
     for equation in equations:
         if equation.says and equation.component == component:
-            return f"{subject} {clean(equation.says)}"
+            return equation.says, True
     own = [
         e.measurement
         for e in equations
@@ -68,13 +81,13 @@ def alarm_words(
     ]
     others = _others(component, equations, system)
     if own and others:
-        return f"{subject} shows another {channel_words(own[0], system.variables)} than {others}"
+        return f"shows another {channel_words(own[0], system.variables)} than {others}", True
     for equation in equations:
         if equation.says and equation.component is None:
-            return f"{subject}: {clean(equation.says)}"
+            return equation.says, False
     if len(own) > 1:
-        return f"{subject} contradicts itself in {channel_words(own[0], system.variables)}"
-    return f"{subject} does not fit {others or 'what else is recorded'}"
+        return f"contradicts itself in {channel_words(own[0], system.variables)}", True
+    return f"does not fit {others or 'what else is recorded'}", True
 
 
 def _others(component: str, equations: list[SystemEquation], system: System) -> str:
@@ -85,7 +98,7 @@ def _others(component: str, equations: list[SystemEquation], system: System) -> 
         if e.component not in (None, component, "outside_model")
         and not (e.measurement and e.measurement.trusted)
     )
-    words = [_inside(clean(component_words(name, system.components))) for name in names if name]
+    words = [_inside(component_words(name, system.components)) for name in names if name]
     return " and ".join(f"the {word}" for word in words[:2])
 
 

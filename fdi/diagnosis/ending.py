@@ -1,0 +1,96 @@
+"""What was first, in the seconds before a flight went wrong?
+
+In: alarms, with the log's events and how its flights ended. Out: an `Ending` per flight: for one
+that ended badly the ordered list of what happened in the last seconds before control was lost, or
+before the end where it never was: events, commands, tests that left health, alarms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from fdi.decision import Alarms
+from fdi.decision.alarms import TRIGGERED
+from fdi.decision.concerns import Concerns, concerns
+from fdi.diagnosis.plain import alarm_words
+from fdi.diagnosis.values import Ending, First, FirstKind
+from fdi.telemetry import Event
+from fdi.telemetry.ends import FlightEnd
+
+BEFORE_S: Final = 10.0
+"""What began earlier and led to the end is an alarm by then, and listed where it still stands."""
+WARNING: Final = 4
+"""MAVLink's severity; what an autopilot merely mentions is not listed."""
+LEAST: Final = 2
+"""Samples in a row beyond a threshold; one alone is noise."""
+
+
+def endings(alarms: Alarms) -> tuple[Ending, ...]:
+    """Return how every flight ended, with what was first where that was badly."""
+    whom = concerns(alarms.residuals.bank)
+    return tuple(
+        Ending(end, _first(end, alarms, whom) if end.is_bad else ())
+        for end in alarms.residuals.signals.ends
+    )
+
+
+def went_wrong(end: FlightEnd) -> float:
+    """Return when a flight went wrong, s: control was lost, or else the end."""
+    return end.at if end.lost_control is None else min(end.lost_control, end.at)
+
+
+def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
+    moment = went_wrong(end)
+    found = [*_events(alarms.residuals.signals.events, moment), *_tests(moment, alarms, whom)]
+    if end.lost_by == "stop":
+        found.append(First(moment, "command", "all motors are told to stop"))
+    told: dict[str, First] = {}
+    for one in sorted(found, key=lambda one: (one.at, one.kind, one.text)):
+        known = told.get(one.text)
+        if known is None or (known.kind == "trigger" and one.kind == "alarm"):
+            told[one.text] = one if known is None else First(known.at, "alarm", *_rest(one))
+    return tuple(sorted(told.values(), key=lambda one: (one.at, one.kind, one.text)))
+
+
+def _rest(one: First) -> tuple[str, str | None]:
+    return one.text, one.component
+
+
+def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
+    """Yield what the autopilot reports and what was asked of it."""
+    for event in events:
+        if not moment - BEFORE_S <= event.t <= moment:
+            continue
+        if event.kind == "mode":
+            yield First(event.t, "command", f"flight mode {event.text}")
+        elif event.kind in ("arm", "disarm"):
+            yield First(event.t, "command", f"{event.kind}ed")
+        elif event.kind == "failsafe" or (
+            event.kind == "text" and event.severity is not None and event.severity <= WARNING
+        ):
+            yield First(event.t, "event", event.text)
+
+
+def _tests(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First]:
+    """Yield the tests that were beyond their threshold, from when on, with what that means."""
+    bank = alarms.residuals.bank
+    t = alarms.residuals.t
+    near = (t >= moment - BEFORE_S) & (t <= moment)
+    for row in np.flatnonzero((alarms.state[:, near] == TRIGGERED).any(axis=1)):
+        beyond = (alarms.state[row] == TRIGGERED) | alarms.alarm[row]
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], beyond, [False]]).astype(np.int8)))
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            raised = bool(alarms.alarm[row, start:stop].any())
+            if stop - start < LEAST or not near[start:stop].any():
+                continue
+            names = sorted(whom.of(int(row)), key=lambda name: whom.order[name])
+            component = names[0] if names else None
+            generator = bank.generators[row]
+            equation = bank.system.equations[generator.residual]
+            text = alarm_words(component or equation.name, generator, bank.system)
+            command = any(bank.system.equations[i].command for i in generator.equations)
+            kind: FirstKind = "command" if command else "alarm" if raised else "trigger"
+            yield First(float(t[start]), kind, text, component)

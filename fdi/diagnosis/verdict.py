@@ -1,0 +1,294 @@
+"""What is the answer, in words that a pilot understands, in at most `MOST_LETTERS` letters?
+
+In: how the flights ended, findings, what the tests did. Out: the verdict, and the outlook that a
+glance should tell. A flight that ended badly leads with that, accused or not; then who (with the
+place on the airframe), since when (in flight, and on the log's clock), at what height and in which
+mode, what is wrong with it, what followed, and how sure that is. What is least needed goes first
+where the letters do not suffice. "Stayed within what health explains" is said only where every test
+that ran did.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from fdi.decision import Alarms
+from fdi.decision.alarms import TRIGGERED, UNKNOWN
+from fdi.decision.judging import persistent
+from fdi.diagnosis.ending import went_wrong
+from fdi.diagnosis.plain import alarm_clause
+from fdi.diagnosis.values import (
+    MOST_LETTERS,
+    Consequence,
+    Ending,
+    Finding,
+    First,
+    Outlook,
+    Size,
+)
+from fdi.model.naming import component_words
+from fdi.telemetry import Flight, Signals
+from fdi.telemetry.airtime import when_in_air
+from fdi.telemetry.ends import FlightEnd, is_failsafe
+from fdi.units import customary
+
+BRIEF_S: Final = 0.75
+"""A test beyond its threshold for so long at a stretch has left what health explains: half of the
+1.5 s that make an alarm. What passes sooner is an aliased manoeuvre or a late record."""
+PROPULSION: Final = "propulsion"
+"""The group of what keeps the vehicle in the air."""
+MOST_FOLLOWERS: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Tests:
+    """How many tests there are, ran, raised an alarm, and left health for moments only."""
+
+    all: int
+    ran: int
+    raised: int
+    strayed: int
+
+
+def count_tests(alarms: Alarms) -> Tests:
+    """Return what the tests did in the air."""
+    flying = when_in_air(alarms.residuals.signals)
+    ran = (alarms.state != UNKNOWN).any(axis=1)
+    raised = alarms.alarm[:, flying].any(axis=1)
+    least = max(2, round(BRIEF_S * alarms.residuals.signals.rate_hz))
+    beyond = (alarms.state == TRIGGERED) & flying
+    unknown = alarms.state == UNKNOWN
+    lasted = [persistent(b, u, least)[0].any() for b, u in zip(beyond, unknown, strict=True)]
+    strayed = ~raised & np.array(lasted, bool)
+    return Tests(len(ran), int(ran.sum()), int(raised.sum()), int(strayed.sum()))
+
+
+def outlook(
+    findings: Sequence[Finding], endings: Sequence[Ending], tests: Tests, alarms: Alarms
+) -> Outlook:
+    """Return what a glance should tell."""
+    flew = bool(np.any(alarms.residuals.signals.state.airborne))
+    if findings:
+        return "accused"
+    if any(one.end.is_bad for one in endings):
+        return "ended badly"
+    if not tests.ran or not flew:
+        return "untested"
+    upset = any(one.end.how == "failsafe" for one in endings)
+    if tests.raised or tests.strayed or upset:
+        return "alarms"
+    return "healthy" if _propulsion_testable(alarms) else "untested"
+
+
+def _propulsion_testable(alarms: Alarms) -> bool:
+    """Return whether every part of the propulsion has a test that ran."""
+    bank = alarms.residuals.bank
+    system = bank.system
+    parts = {name for name, c in system.components.items() if c.group == PROPULSION}
+    ran = (alarms.state != UNKNOWN).any(axis=1)
+    tested = {
+        fault.component
+        for column, fault in enumerate(system.faults)
+        if (bank.incidence[:, column] & ran).any()
+    }
+    return bool(parts) and parts <= tested
+
+
+def verdict(
+    findings: Sequence[Finding],
+    consequences: Sequence[Consequence],
+    endings: Sequence[Ending],
+    tests: Tests,
+    alarms: Alarms,
+) -> str:
+    """Return the answer."""
+    signals = alarms.residuals.signals
+    if not alarms.use.accuse:
+        return "This policy gives a fault grid and accuses no component."
+    bad = [one for one in endings if one.end.is_bad]
+    if findings:
+        return _accused(findings, consequences, endings, alarms)
+    if bad:
+        return _unexplained(bad[-1])
+    if not np.any(signals.state.airborne):
+        return f"The vehicle is never seen to fly. {_quiet(tests)}"
+    said = _failsafe(endings, signals)
+    return _fitted([said, _quiet(tests)], []) if said else _quiet(tests)
+
+
+def _quiet(tests: Tests) -> str:
+    """Return what is said where nobody is accused."""
+    if not tests.ran:
+        return "Nothing in this telemetry could be tested."
+    if tests.raised:
+        return (
+            f"No component is accused: {tests.raised} of {tests.all} tests raised alarms, but no "
+            "component's failure explains them well enough."
+        )
+    if tests.strayed:
+        return (
+            f"No component is accused: {tests.strayed} of {tests.all} tests left what health "
+            "explains, too briefly to accuse anybody."
+        )
+    if tests.ran == tests.all:
+        ran = f"all {tests.all} tests"
+    else:
+        ran = f"{tests.ran} of {tests.all} tests could run and"
+    return f"No component is accused: {ran} stayed within what health explains."
+
+
+def _unexplained(ending: Ending) -> str:
+    """Return what is said of a flight that ended badly and nobody is accused."""
+    moment = went_wrong(ending.end)
+    first = next((one for one in ending.first if one.kind in ("alarm", "trigger")), None)
+    head = f"{_end_words(ending.end)}; no component explains it."
+    if first is None:
+        return _fitted([head, "No test left health before."], [])
+    when = f"{max(moment - first.at, 0.0):.1f} s before"
+    return _fitted([head, f"First to leave health: {_plain(first)}, {when}."], [])
+
+
+def _plain(first: First) -> str:
+    return first.text.replace("_", " ").rstrip(".")
+
+
+def _end_words(end: FlightEnd) -> str:
+    """Return how a flight ended, as the beginning of a sentence."""
+    clock = f"(log {end.at:.1f} s)"
+    if end.how == "impact":
+        speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
+        lost = ""
+        if end.lost_control is not None and end.at - end.lost_control >= 0.1:
+            what = "all motors stopped" if end.lost_by == "stop" else "control was lost"
+            lost = f", {end.at - end.lost_control:.1f} s after {what}"
+        return f"Hit the ground{speed} {clock}{lost}"
+    if end.lost_control is not None:
+        what = "All motors stopped in the air" if end.lost_by == "stop" else "Control was lost"
+        return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
+    return f"The log ends in the air {clock}" if end.how == "in_air" else f"Landed {clock}"
+
+
+def _failsafe(endings: Sequence[Ending], signals: Signals) -> str:
+    """Return the first failsafe of a flight that ended after one, "" without."""
+    for ending in endings:
+        if ending.end.how == "failsafe":
+            flight = signals.flights[ending.end.flight]
+            low, high = flight.airborne
+            said = next(e for e in signals.events if is_failsafe(e) and low <= e.t <= high)
+            text = re.sub(r"[_<>=]+", " ", said.text)[:60].strip()
+            return f'The autopilot reported "{text}" {_time(said.t)} into the log.'
+    return ""
+
+
+def _accused(
+    findings: Sequence[Finding],
+    consequences: Sequence[Consequence],
+    endings: Sequence[Ending],
+    alarms: Alarms,
+) -> str:
+    first = findings[0]
+    system = alarms.residuals.bank.system
+    signals = alarms.residuals.signals
+    ending = next((one for one in endings if one.end.flight == first.flight), None)
+    name = component_words(first.component, system.components)
+    when, height, mode = _moment(first, signals)
+    core = f"{name} failed first, {when}"
+    what = f": {_what(first, alarms)}."
+    sure = f"{first.confidence * 100:.0f} % sure."
+    if first.inseparable_from:
+        names = (component_words(name, system.components) for name in first.inseparable_from[:2])
+        twins = " or ".join(_inside(name) for name in names)
+        sure = f"{first.confidence * 100:.0f} % sure; {twins} would explain it as well."
+    followers = _followers(first, consequences, findings, alarms)
+    tail = f"Then: {', '.join(followers)}." if followers else ""
+    head = []
+    if ending is not None and ending.end.is_bad:
+        head = [_end_words(ending.end) + "."]
+    # in the order in which they are given up
+    return _fitted([*head, core + height + mode + what, sure], [tail, height, mode])
+
+
+def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
+    """Return when a finding began, at what height and in which mode, in words."""
+    t = finding.onset
+    when = f"{_time(t)} into the log"
+    flights = signals.flights
+    if finding.flight < len(flights):
+        flight: Flight = flights[finding.flight]
+        start = flight.start if flight.takeoff is None else flight.takeoff
+        which = f" {finding.flight + 1}" if len(flights) > 1 else ""
+        if t >= start:
+            when = f"{_time(t - start)} into flight{which} (log {t:.1f} s)"
+    place = int(np.clip(np.searchsorted(signals.t, t), 0, max(len(signals.t) - 1, 0)))
+    height = mode = ""
+    if signals.height is not None and np.isfinite(signals.height[place]):
+        height = f", at {signals.height[place] + 0.0:.0f} m".replace("-0 m", "0 m")
+    name = str(signals.state.mode[place]) if len(signals.t) else ""
+    if name:
+        mode = f" in {re.sub(r'[_<>=]+', ' ', name)[:20]}"
+    return when, height, mode
+
+
+def _what(finding: Finding, alarms: Alarms) -> str:
+    """Return what is wrong, in the words of the model, with the size where it is known."""
+    bank = alarms.residuals.bank
+    telling = next(g for g in bank.generators if g.id == finding.evidence.telling)
+    clause = alarm_clause(finding.component, telling, bank.system)
+    return clause + (f" ({_amount(finding.size)})" if finding.size is not None else "")
+
+
+def _amount(size: Size) -> str:
+    """Return a size in short: ``about 11 m too high``."""
+    value, unit = size.value, size.unit
+    if size.shown is not None and size.shown_unit:
+        value, unit = float(np.copysign(size.shown, size.value)), size.shown_unit
+    label, scale, _ = customary(unit)
+    label = "" if label == "1" else f" {label}"
+    rate = " a second" if size.shape == "drift" else ""
+    return f"about {abs(value) * scale:.2g}{label}{rate} off"
+
+
+def _followers(
+    first: Finding, consequences: Sequence[Consequence], findings: Sequence[Finding], alarms: Alarms
+) -> list[str]:
+    """Return what followed, in the order of time, by name."""
+    components = alarms.residuals.bank.system.components
+    after = [(c.onset, c.component) for c in consequences if c.because_of == first.rank]
+    after += [(f.onset, f.component) for f in findings[1:] if f.onset >= first.onset]
+    names = dict.fromkeys(name for _, name in sorted(after) if name != first.component)
+    return [_inside(component_words(name, components)) for name in list(names)[:MOST_FOLLOWERS]]
+
+
+def _inside(words: str) -> str:
+    """Return a name as it stands inside a sentence; an abbreviation keeps its capitals."""
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+
+
+def _fitted(sentences: Sequence[str], optional: Sequence[str]) -> str:
+    """Return sentences in `MOST_LETTERS` letters, giving up optional parts in their order.
+
+    An optional part that is in no sentence is one of its own; it stands before the last.
+    """
+    kept = list(sentences)
+    extra = [part for part in optional if part and not any(part in one for one in kept)]
+    text = " ".join([*kept[:-1], *extra, kept[-1]])
+    for part in (part for part in optional if part):
+        if len(text) <= MOST_LETTERS:
+            break
+        text = " ".join(text.replace(part, "", 1).split())
+    if len(text) <= MOST_LETTERS:
+        return text
+    return text[: MOST_LETTERS - 4].rsplit(" ", 1)[0] + " ..."
+
+
+def _time(seconds: float) -> str:
+    """Return a length of time, in minutes above one."""
+    tenths = round(abs(seconds) * 10)
+    if tenths < 600:
+        return f"{tenths / 10:.1f} s"
+    return f"{tenths // 600} min {tenths % 600 / 10:.0f} s"

@@ -1,0 +1,153 @@
+"""A flight that ended badly: it leads the verdict, and what was first stands in order."""
+
+import numpy as np
+import pytest
+
+from fdi.diagnosis import diagnose
+from fdi.diagnosis.values import MOST_LETTERS
+from fdi.telemetry import Event, Flight
+from fdi.telemetry.ends import FlightEnd
+
+from .build import alarms_of, bank_of, model, row
+
+SHOWN = {"gps": ["x"], "baro": ["x"], "radar": ["x"], "sun": ["y"], "star": ["y"]}
+BANK = bank_of(model(SHOWN))
+GPS = [row(BANK, "GPS.x", "BARO.x"), row(BANK, "GPS.x", "RADAR.x")]
+SKY = row(BANK, "SUN.y", "STAR.y")
+CRASH = (Flight(0, 100, takeoff=5.0, impact=90.0, impact_speed=12.9),)
+BLOW = (FlightEnd(0, "impact", 90.0, 12.9),)
+
+
+def answer(raised, *, ends=BLOW, flights=CRASH, **more):
+    return diagnose(alarms_of(BANK, raised, ends=ends, flights=flights, **more), BANK)
+
+
+def test_a_crash_that_nobody_explains_is_never_health():
+    found = answer({})
+    assert found.outlook == "ended badly"
+    assert found.verdict == (
+        "Hit the ground at 12.9 m/s (log 90.0 s); no component explains it. No test left health "
+        "before."
+    )
+
+
+def test_a_crash_leads_with_the_end_and_then_names_who_failed():
+    found = answer({place: [(80, 90)] for place in GPS})
+    assert found.outlook == "accused"
+    assert found.verdict.startswith(
+        "Hit the ground at 12.9 m/s (log 90.0 s). Gps failed first, 1 min"
+    )
+
+
+def test_what_led_to_the_end_is_named_before_what_healed():
+    healed = {SKY: [(20, 40)]}
+    both = answer({**healed, **{place: [(80, 90)] for place in GPS}})
+    assert [finding.component for finding in both.findings] == ["gps", "sun"]
+    assert [finding.rank for finding in both.findings] == [1, 2]
+    assert "Gps failed first" in both.verdict
+    landed = (Flight(0, 100, takeoff=5.0, landing=90.0),)
+    well = answer(
+        {**healed, **{place: [(80, 90)] for place in GPS}},
+        ends=(FlightEnd(0, "landed", 90.0),),
+        flights=landed,
+    )
+    assert [finding.component for finding in well.findings] == ["sun", "gps"]
+
+
+def test_what_was_first_stands_in_the_order_of_time():
+    events = [
+        Event(60.0, "mode", "LOITER"),  # long before
+        Event(82.0, "mode", "LAND"),
+        Event(84.0, "failsafe", "Battery Failsafe"),
+        Event(85.0, "text", "chatter", 6),
+        Event(95.0, "failsafe", "after the end"),
+    ]
+    (ending,) = answer({SKY: [(83, 85)]}, events=events).endings
+    assert [(one.at, one.kind) for one in ending.first] == [
+        (82.0, "command"),
+        (83.0, "alarm"),
+        (84.0, "event"),
+    ]
+
+
+def test_it_is_counted_from_when_control_was_lost():
+    lost = (FlightEnd(0, "impact", 90.0, 12.9, 70.0, "lean"),)
+    found = answer({SKY: [(65, 67)]}, ends=lost)
+    assert "20.0 s after control was lost" in found.verdict
+    assert [one.at for one in found.endings[0].first] == [65.0]
+    assert answer({SKY: [(83, 84)]}, ends=lost).endings[0].first == ()
+
+
+@pytest.mark.parametrize("how", ["landed", "in_air"])
+def test_a_flight_that_ends_well_has_nothing_that_was_first(how):
+    found = answer({SKY: [(83, 84)]}, ends=(FlightEnd(0, how, 90.0),))
+    assert found.endings[0].first == ()
+
+
+def test_a_vehicle_whose_propulsion_nothing_tests_is_no_healthy_one():
+    """There is no motor in this model: nobody can say that all is well."""
+    assert answer({}, ends=(FlightEnd(0, "landed", 90.0),)).outlook == "untested"
+
+
+def test_a_failsafe_is_told_and_is_no_health():
+    said = [Event(50.0, "failsafe", "Battery Failsafe")]
+    found = answer({}, ends=(FlightEnd(0, "failsafe", 90.0),), events=said)
+    assert found.outlook == "alarms"
+    assert found.verdict.startswith(
+        'The autopilot reported "Battery Failsafe" 50.0 s into the log.'
+    )
+
+
+def test_moments_beyond_a_threshold_are_not_called_health():
+    alarms = alarms_of(BANK, {}, ends=(FlightEnd(0, "landed", 90.0),), flights=CRASH)
+    state = alarms.state.copy()
+    state[SKY, 100:104] = 1  # a second, too short for an alarm
+    brief = diagnose(alarms_of(BANK, {}, flights=CRASH, state=state), BANK)
+    assert "stayed within" not in brief.verdict
+    assert "1 of 4 tests left what health explains" in brief.verdict
+    assert "stayed within" in diagnose(alarms, BANK).verdict
+
+
+def test_what_ends_the_log_is_not_cleared_by_a_log_that_ends_in_the_air():
+    bank = bank_of(model(SHOWN).replace("baro: {", "baro: {ends_log: true, "))
+    landed = (Flight(0, 100, takeoff=5.0, landing=90.0),)
+    air = (Flight(0, 100, takeoff=5.0),)
+    for flights, how, cleared in ((landed, "landed", True), (air, "in_air", False)):
+        alarms = alarms_of(bank, {}, flights=flights, ends=(FlightEnd(0, how, 90.0),))
+        assert ("baro" in [one.component for one in diagnose(alarms, bank).ruled_out]) == cleared
+
+
+def test_a_test_that_is_silent_or_triggered_in_the_last_seconds_clears_nobody():
+    whole = answer({}, ends=(FlightEnd(0, "landed", 90.0),))
+    assert "sun" in [one.component for one in whole.ruled_out]
+    silent = answer({}, ends=(FlightEnd(0, "landed", 90.0),), unknown={SKY: [(86, 90)]})
+    assert "sun" not in [one.component for one in silent.ruled_out]
+    alarms = alarms_of(BANK, {}, flights=CRASH)
+    state = alarms.state.copy()
+    state[SKY, 4 * 88] = 1
+    brief = diagnose(alarms_of(BANK, {}, flights=CRASH, state=state), BANK)
+    assert "sun" not in [one.component for one in brief.ruled_out]
+
+
+def test_a_test_that_scatters_more_than_at_first_clears_nobody():
+    alarms = alarms_of(BANK, {}, flights=CRASH)
+    rng = np.random.default_rng(1)
+    noise = rng.normal(size=alarms.state.shape)
+    for factor, cleared in ((1.0, True), (5.0, False)):
+        values = 0.1 * noise
+        values[SKY, 240:] *= factor
+        residuals = alarms_of(BANK, {}, flights=CRASH).residuals
+        made = alarms_of(BANK, {}, flights=CRASH, residuals=_with(residuals, values))
+        assert ("sun" in [one.component for one in diagnose(made, BANK).ruled_out]) == cleared
+
+
+def _with(residuals, values):
+    from dataclasses import replace
+
+    return replace(residuals, values=values)
+
+
+def test_no_verdict_is_longer_than_a_person_reads():
+    long = bank_of(model({"a" * 70: ["x"], "b" * 70: ["x"], "c" * 70: ["x"]}))
+    alarms = alarms_of(long, {0: [(80, 90)], 1: [(80, 90)]}, flights=CRASH, ends=BLOW)
+    assert len(diagnose(alarms, long).verdict) <= MOST_LETTERS
