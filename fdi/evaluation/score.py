@@ -6,9 +6,9 @@ In: a label and what an analysis found. Out: a `Score`.
 counts. *Named*: rank 1 is a right component. *In three*: one of the first three ranks is. *Timely*:
 a right component has its onset within 5 s of the true one, 20 s for a ramp. *False*: accused on a
 healthy flight, or more than 2 s before the true onset. *Wrong*: accused, whenever that begins, and
-neither right nor failed. *Cleared wrongly*: failed, and ruled out. Right are the components that the
-label names and those it accepts; where the label itself says ``motor`` or ``propeller``, whichever
-motor; cleared wrongly is then who lets all motors go that it accepts.
+neither right nor failed. *Cleared wrongly*: failed, and ruled out. Right are the components that
+the label names and those it accepts; where the label itself says ``motor`` or ``propeller``,
+whichever motor, and then all motors that it accepts must be ruled out to count as cleared.
 """
 
 from __future__ import annotations
