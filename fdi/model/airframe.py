@@ -103,7 +103,9 @@ class Airframe:
         measurements = witnesses(present, self.measurements, copies)
         present = witnesses(present, present, copies)
         relations = [equation for equation in equations if equation.name not in implied]
-        relations, curtailed = usable(relations, measurements, present, log, warnings)
+        relations, curtailed = usable(
+            relations, measurements, present, self.components, log, warnings
+        )
         holding = [relation_equation(e, self.variables) for e in relations]
         holding += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in holding for name in equation.edges}
