@@ -40,9 +40,9 @@ def progress(name: str, share: float) -> None:
         print(f"\r{share:4.0%} {name:60.60}", end="", file=sys.stderr)
 
 
-def evaluated(workers: int) -> Evaluation:
+def evaluated(workers: int, *, bare: bool = False) -> Evaluation:
     """Return the scores of all labelled flights, each of which must have an analysis."""
-    found = evaluate(load_labels(LABELS), workers=workers, progress=progress)
+    found = evaluate(load_labels(LABELS), bare=bare, workers=workers, progress=progress)
     errors = [f"{one.label.key}: {one.error}" for one in found.scores if one.error]
     if errors:
         raise SystemExit("without an analysis, so nothing is told:\n" + "\n".join(errors))
@@ -51,7 +51,7 @@ def evaluated(workers: int) -> Evaluation:
 
 def scored(workers: int) -> str:
     """Return the tables of `fdi evaluate`."""
-    found = evaluated(workers)
+    found = evaluated(workers, bare=True)
     command = "fdi evaluate ../shared/flights/labels.json"
     return f"`{command}` printed:\n\n{evaluation_text(found)}"
 

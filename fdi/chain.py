@@ -81,7 +81,9 @@ def residuals_of(
     recipe = policy if isinstance(policy, Policy) else load_policy(policy)
     with stage("observe", 0.3):
         airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
-        system = airframe.observe(log, repeated=recipe.copies == "kept")
+        system = airframe.observe(
+            log, repeated=recipe.copies == "kept", commands=recipe.commands == "used"
+        )
     with stage("derive", 0.4):
         bank = cached_bank(system, recipe.tests)
     _check(bank, log, recipe, airframe)

@@ -58,6 +58,8 @@ class Policy:
     accuracies : str
         Whether the accuracies ``reported`` by the log count, or only those that the model has
         ``stated``.
+    commands : str
+        Whether tests that read a recorded command as evidence are ``used`` or ``left_out``.
     calibration : Calibration, optional
         From what its tests were learned.
     """
@@ -74,6 +76,7 @@ class Policy:
     copies: Literal["dropped", "kept"] = "dropped"
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
+    commands: Literal["used", "left_out"] = "used"
     calibration: Calibration | None = None
 
     def decide(self, residuals: Residuals) -> Alarms:
@@ -193,6 +196,7 @@ def _policy(spec: Any, digest: str) -> Policy:
         copies=spec.copies,
         latencies=spec.latencies,
         accuracies=spec.accuracies,
+        commands=spec.commands,
         calibration=given
         and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
     )
@@ -230,6 +234,7 @@ def policy_text(policy: Policy) -> str:
         "copies": policy.copies,
         "latencies": policy.latencies,
         "accuracies": policy.accuracies,
+        "commands": policy.commands,
     }
     if policy.calibration is not None:
         tree["calibration"] = {

@@ -93,4 +93,5 @@ class PolicyFile(_Entry):
     copies: Literal["dropped", "kept"] = "dropped"
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
+    commands: Literal["used", "left_out"] = "used"
     calibration: CalibrationEntry | None = None

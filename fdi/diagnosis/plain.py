@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from fdi.model.naming import component_words
+from fdi.model.naming import component_words, inside
 
 if TYPE_CHECKING:
     from fdi.model import System
@@ -98,10 +98,5 @@ def _others(component: str, equations: list[SystemEquation], system: System) -> 
         if e.component not in (None, component, "outside_model")
         and not (e.measurement and e.measurement.trusted)
     )
-    words = [_inside(component_words(name, system.components)) for name in names if name]
+    words = [inside(component_words(name, system.components)) for name in names if name]
     return " and ".join(f"the {word}" for word in words[:2])
-
-
-def _inside(words: str) -> str:
-    """Return a name as it stands inside a sentence; an abbreviation keeps its capitals."""
-    return words if words[:2].isupper() else words[:1].lower() + words[1:]

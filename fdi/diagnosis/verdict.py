@@ -31,7 +31,7 @@ from fdi.diagnosis.values import (
     Outlook,
     Size,
 )
-from fdi.model.naming import component_words
+from fdi.model.naming import component_words, inside
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.airtime import when_in_air
 from fdi.telemetry.ends import FlightEnd, is_failsafe
@@ -202,7 +202,7 @@ def _accused(
     sure = f"{first.confidence * 100:.0f} % sure."
     if first.inseparable_from:
         names = (component_words(name, system.components) for name in first.inseparable_from[:2])
-        twins = " or ".join(_inside(name) for name in names)
+        twins = " or ".join(inside(name) for name in names)
         sure = f"{first.confidence * 100:.0f} % sure; {twins} would explain it as well."
     followers = _followers(first, consequences, findings, alarms)
     tail = f"Then: {', '.join(followers)}." if followers else ""
@@ -261,12 +261,7 @@ def _followers(
     after = [(c.onset, c.component) for c in consequences if c.because_of == first.rank]
     after += [(f.onset, f.component) for f in findings[1:] if f.onset >= first.onset]
     names = dict.fromkeys(name for _, name in sorted(after) if name != first.component)
-    return [_inside(component_words(name, components)) for name in list(names)[:MOST_FOLLOWERS]]
-
-
-def _inside(words: str) -> str:
-    """Return a name as it stands inside a sentence; an abbreviation keeps its capitals."""
-    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+    return [inside(component_words(name, components)) for name in list(names)[:MOST_FOLLOWERS]]
 
 
 def _fitted(sentences: Sequence[str], optional: Sequence[str]) -> str:

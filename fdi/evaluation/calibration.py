@@ -78,6 +78,18 @@ def brier(pairs: Judged) -> float | None:
     return sum((c - right) ** 2 for c, right in pairs) / len(pairs) if pairs else None
 
 
+def brier_of_constant(pairs: Judged) -> float | None:
+    """Return the Brier score of saying the share that is right of every accusation.
+
+    Examples
+    --------
+    >>> brier_of_constant([(0.9, True), (0.6, False), (0.9, True), (0.9, True)])
+    0.1875
+    """
+    share = sum(right for _, right in pairs) / len(pairs) if pairs else 0.0
+    return brier([(share, right) for _, right in pairs])
+
+
 def calibration_error(pairs: Judged) -> float | None:
     """Return how far the share right lies from the mean confidence, mean over the bins' members.
 

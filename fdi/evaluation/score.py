@@ -5,8 +5,10 @@ In: a label and what an analysis found. Out: a `Score`.
 *Detected*: any component is accused with an onset from 2 s before the true one to the end of what
 counts. *Named*: rank 1 is a right component. *In three*: one of the first three ranks is. *Timely*:
 a right component has its onset within 5 s of the true one, 20 s for a ramp. *False*: accused on a
-healthy flight, or more than 2 s before the true onset. Right are the components that the label
-names and those it accepts; where the label itself says ``motor`` or ``propeller``, whichever motor.
+healthy flight, or more than 2 s before the true onset. *Wrong*: accused, whenever that begins, and
+neither right nor failed. *Cleared wrongly*: failed, and ruled out. Right are the components that
+the label names and those it accepts; where the label itself says ``motor`` or ``propeller``,
+whichever motor, and then all motors that it accepts must be ruled out to count as cleared.
 """
 
 from __future__ import annotations
@@ -33,12 +35,18 @@ class Score:
     delay : float or None
         Alarm minus onset of the first right accusation, s.
     false : tuple of str
-        The components that were accused wrongly, each once.
+        The components that were accused on a healthy flight or too early, each once.
+    wrong : tuple of str
+        The components that were accused and had nothing to do with it, each once.
+    cleared : tuple of str
+        The components that failed and are ruled out.
     fate : str
         What the analysis says of the components that failed: ``accused``, ``consequence``, ``ruled
         out``, ``not testable``, or ``unknown`` for nothing; "" on a healthy flight.
     error : str or None
         Why there is no analysis.
+    bare : Score or None
+        The same with the tests left out that read a recorded command; None where nobody asked.
     """
 
     label: Label
@@ -48,10 +56,13 @@ class Score:
     timely: bool
     delay: float | None
     false: tuple[str, ...]
+    wrong: tuple[str, ...]
+    cleared: tuple[str, ...]
     accused: tuple[tuple[str, float], ...]
     fate: str
     airborne_s: float
     error: str | None
+    bare: Score | None = None
 
     @property
     def is_faulty(self) -> bool:
@@ -82,7 +93,17 @@ def _failed(component: str, label: Label) -> bool:
     )
 
 
-def score(label: Label, row: Mapping[str, Any]) -> Score:
+def _cleared(label: Label, ruled_out: Sequence[str]) -> tuple[str, ...]:
+    """Return the components that failed and are ruled out."""
+    failed = {fault.component for fault in label.faults}
+    found = failed.intersection(ruled_out)
+    if not failed.isdisjoint(_ANY_MOTOR):
+        motors = {name for name in label.accept if name.startswith("motor_")}
+        found |= motors if motors and motors <= set(ruled_out) else set()
+    return tuple(sorted(found))
+
+
+def score(label: Label, row: Mapping[str, Any], bare: Mapping[str, Any] | None = None) -> Score:
     """Return the score of one flight.
 
     Parameters
@@ -90,6 +111,8 @@ def score(label: Label, row: Mapping[str, Any]) -> Score:
     label : Label
     row : mapping
         What `fdi.fleet.analyze_log` said of it.
+    bare : mapping, optional
+        What it said with the tests left out that read a recorded command.
     """
     until = float("inf") if label.evaluate_until is None else label.evaluate_until
     findings = [f for f in row["findings"] if f["onset_s"] <= until]
@@ -107,10 +130,15 @@ def score(label: Label, row: Mapping[str, Any]) -> Score:
         timely=any(_is_timely(f, label) for f in right),
         delay=_delay(right, label),
         false=tuple(dict.fromkeys(f["component"] for f in early)),
+        wrong=tuple(
+            dict.fromkeys(f["component"] for f in findings if not is_right(f["component"], label))
+        ),
+        cleared=_cleared(label, row["ruled_out"]),
         accused=tuple((f["component"], f["onset_s"]) for f in findings),
         fate=_fate(label, row, right) if label.faults else "",
         airborne_s=float(row["airborne_s"] or 0.0),
         error=row["error"],
+        bare=None if bare is None else score(label, bare),
     )
 
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 from fdi.evaluation.calibration import (
     Judged,
     brier,
+    brier_of_constant,
     calibration_error,
     reliability,
     stated,
@@ -42,6 +43,9 @@ _HEAD: Final = (
     "healthy clean",
     "false",
     "false/h",
+    "wrong",
+    "cleared wrongly",
+    "without command evidence",
     "constant answer",
 )
 
@@ -66,6 +70,7 @@ def evaluation_document(found: Evaluation) -> dict[str, Any]:
             for b in reliability(pairs)
         ],
         "brier": brier(pairs),
+        "brier_of_constant": brier_of_constant(pairs),
         "calibration_error": calibration_error(pairs),
         "flights": [_flight(one) for one in found.scores],
     }
@@ -87,6 +92,12 @@ def _plain(value: Totals) -> dict[str, Any]:
         },
         "delay_s": value.delay,
         "false": value.false,
+        "wrong": value.wrong,
+        "cleared_wrongly": value.cleared,
+        "without_commands": {
+            "named": _rate(value.bare_named),
+            "timely": _rate(value.bare_timely),
+        },
         "false_healthy": value.false_healthy,
         "healthy_hours": round(value.healthy_hours, 4),
         "false_per_hour": value.false_per_hour,
@@ -109,6 +120,10 @@ def _flight(one: Score) -> dict[str, Any]:
         "timely": one.timely,
         "delay_s": one.delay,
         "false": list(one.false),
+        "wrong": list(one.wrong),
+        "cleared_wrongly": list(one.cleared),
+        "without_commands": one.bare
+        and {"named": one.bare.named, "timely": one.bare.timely, "wrong": list(one.bare.wrong)},
         "fate": one.fate,
         "airborne_s": one.airborne_s,
         "error": one.error,
@@ -146,6 +161,9 @@ def _table(
             _share(value.clean),
             str(value.false),
             "–" if value.false_per_hour is None else f"{value.false_per_hour:.2f}",
+            str(value.wrong),
+            str(value.cleared),
+            _share(value.bare_named),
             "–" if constant is None else _shares(totals_of(constant, own)),
         ]
         yield f"| {clean(name)} | {' | '.join(cells)} |"
@@ -168,7 +186,9 @@ def reliability_lines(pairs: Judged) -> Iterator[str]:
         share = f"{b.right.hits} | {b.right.of} | {_share(b.right)}"
         yield f"| {b.low:.2f} to {b.high:.2f} | {b.mean:.2f} | {share} |"
     yield ""
-    yield f"Brier score {brier(pairs):.3f}, calibration error {calibration_error(pairs):.3f}."
+    constant = f"a constant answer has {brier_of_constant(pairs):.3f}"
+    error = f"calibration error {calibration_error(pairs):.3f}"
+    yield f"Brier score {brier(pairs):.3f} ({constant}), {error}."
 
 
 def _fates(scores: Sequence[Score]) -> Iterator[str]:
@@ -212,6 +232,10 @@ def _why(one: Score) -> str:
     if one.error is not None:
         return f"error: {clean(one.error)[:120]}"
     found = [f"false: {', '.join(one.false)}"] if one.false else []
+    if set(one.wrong) - set(one.false):
+        found.append(f"wrong: {', '.join(n for n in one.wrong if n not in one.false)}")
+    if one.cleared:
+        found.append(f"cleared: {', '.join(one.cleared)}")
     if one.is_faulty and not one.named:
         missed = "not named" if one.detected else "missed"
         found.append("not named first" if one.in_three else f"{missed}: {one.fate}")

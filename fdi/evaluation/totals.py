@@ -68,7 +68,13 @@ class Totals:
     delay : float or None
         s, the median over the flights on which a right component is accused.
     false : int
-        Wrong accusations, a component once per flight, healthy and faulty flights together.
+        Accusations on healthy flights and too early ones, a component once per flight.
+    cleared : int
+        Flights on which a component that failed is ruled out.
+    wrong : int
+        Accusations of components that had nothing to do with it, each once per flight.
+    bare_named, bare_timely : Rate
+        With the tests left out that read a recorded command, of the flights scored so.
     false_healthy, healthy_hours
         The same on healthy flights only, and how long these were in the air.
     errors : int
@@ -83,13 +89,17 @@ class Totals:
     clean: Rate
     delay: float | None
     false: int
+    cleared: int
+    wrong: int
+    bare_named: Rate
+    bare_timely: Rate
     false_healthy: int
     healthy_hours: float
     errors: int
 
     @property
     def false_per_hour(self) -> float | None:
-        """Wrong accusations per hour in the air, on healthy flights."""
+        """Accusations per hour in the air, on healthy flights."""
         return self.false_healthy / self.healthy_hours if self.healthy_hours else None
 
 
@@ -102,6 +112,7 @@ def totals(scores: Iterable[Score]) -> Totals:
     def rate(of: Sequence[Score], hit: Callable[[Score], bool]) -> Rate:
         return Rate(sum(map(hit, of)), len(of))
 
+    bare = [s.bare for s in faulty if s.bare is not None]
     delays = [s.delay for s in faulty if s.delay is not None]
     return Totals(
         len(every),
@@ -112,6 +123,10 @@ def totals(scores: Iterable[Score]) -> Totals:
         rate(healthy, lambda s: not s.false and s.error is None),
         median(delays) if delays else None,
         sum(len(s.false) for s in every),
+        sum(bool(s.cleared) for s in every),
+        sum(len(s.wrong) for s in every),
+        rate(bare, lambda s: s.named),
+        rate(bare, lambda s: s.timely),
         sum(len(s.false) for s in healthy),
         sum(s.airborne_s for s in healthy) / _HOUR_S,
         sum(s.error is not None for s in every),

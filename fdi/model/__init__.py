@@ -17,7 +17,9 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``world.py``: what is known of the place and day of a flight
 - ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
 - ``naming.py``: what a person calls a component, and where on the airframe it sits
-- ``placement.py``: which further telemetry would show more
+- ``lacking.py``: what falls away because a log lacks it, in words
+- ``placement.py``: which further telemetry would show more; ``hints.py``: what would test a
+  component, and by which setting of the autopilot it is logged
 """
 
 from fdi.model.airframe import Airframe

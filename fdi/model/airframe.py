@@ -54,7 +54,12 @@ class Airframe:
     units: dict[str, Dimension] = field(default_factory=dict)
 
     def observe(
-        self, log: Log | None = None, *, also: Collection[str] = (), repeated: bool = False
+        self,
+        log: Log | None = None,
+        *,
+        also: Collection[str] = (),
+        repeated: bool = False,
+        commands: bool = True,
     ) -> System:
         """Return the equations that hold with the telemetry of a log, and the faults they bring.
 
@@ -66,6 +71,8 @@ class Airframe:
             Messages that count as present though the log lacks them, to see what they would show.
         repeated : bool
             Whether a channel that repeats another one by the data is a witness all the same.
+        commands : bool
+            Whether statements that read a recorded command as evidence are among the equations.
 
         Raises
         ------
@@ -89,23 +96,26 @@ class Airframe:
         def request(measurement: Measurement) -> Request:
             return request_of(measurement, self.variables[measurement.variable], parameters)
 
+        equations = tuple(e for e in self.equations if commands or not e.command)
         copies: tuple[Copy, ...] = ()
         if log is not None and not repeated:
-            copies = find_copies(log, present, self.equations, self.variables, request)
-        implied = infallible(self.equations, copies, present, self.variables, parameters)
+            copies = find_copies(log, present, equations, self.variables, request)
+        implied = infallible(equations, copies, present, self.variables, parameters)
         measurements = witnesses(present, self.measurements, copies)
         present = witnesses(present, present, copies)
-        relations = [equation for equation in self.equations if equation.name not in implied]
-        relations, curtailed = usable(relations, measurements, present, log, warnings)
-        equations = [relation_equation(e, self.variables) for e in relations]
-        equations += [measurement_equation(m, self.variables) for m in present]
-        unknowns = {name for equation in equations for name in equation.edges}
+        relations = [equation for equation in equations if equation.name not in implied]
+        relations, curtailed = usable(
+            relations, measurements, present, self.components, log, warnings
+        )
+        holding = [relation_equation(e, self.variables) for e in relations]
+        holding += [measurement_equation(m, self.variables) for m in present]
+        unknowns = {name for equation in holding for name in equation.edges}
         return System(
             name=self.name,
             sha256=self.sha256,
-            equations=tuple(equations),
+            equations=tuple(holding),
             unknowns=tuple(sorted(unknowns)),
-            faults=tuple(faults_of(equations, self.components)),
+            faults=tuple(faults_of(holding, self.components)),
             channels=tuple(request(m) for m in present),
             variables=self.variables,
             parameters=parameters,

@@ -61,6 +61,17 @@ def placed(components: Mapping[str, Component], log: Log | None) -> dict[str, Co
     return {name: replace(one, place=place_of(name, log)) for name, one in components.items()}
 
 
+def inside(words: str) -> str:
+    """Return a name as it stands inside a sentence; an abbreviation keeps its capitals.
+
+    Examples
+    --------
+    >>> inside("Radio control"), inside("GPS receiver")
+    ('radio control', 'GPS receiver')
+    """
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+
+
 def place_of(component: str, log: Log) -> str:
     """Return where a motor sits on the airframe of a log, "" where the log does not tell."""
     motor = _MOTOR.fullmatch(component)

@@ -23,6 +23,7 @@ from fdi.model.calculus import isolate
 from fdi.model.dimensions import Dimension, dimension
 from fdi.model.evaluate import evaluate, holds
 from fdi.model.expression import Expression, Number, Symbol, differential, substitute, symbols
+from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.parts import (
     MEASURED,
     STATES,
@@ -47,6 +48,7 @@ def usable(
     equations: Sequence[Equation],
     measurements: Sequence[Measurement],
     present: Sequence[Measurement],
+    components: Mapping[str, Component],
     log: Log | None,
     warnings: list[str],
 ) -> tuple[list[Equation], frozenset[str]]:
@@ -63,13 +65,13 @@ def usable(
     lost = _not_computed(lost, equations)
     kept = [e for e in equations if not unwatched & set(symbols(e.left))]
     curtailed: set[str] = set()
+    fallen: list[Fallen] = []
     for name in sorted(lost):
         without = [e for e in kept if name in (*symbols(e.left), *symbols(e.right))]
         kept = [e for e in kept if e not in without]
-        if without:
-            names = ", ".join(e.name for e in without)
-            warnings.append(f"no channel of this log shows {name}: without {names}")
         channels = {m.channel for m in measurements if m.trusted and m.variable == name}
+        if without:
+            fallen.append(Fallen(frozenset(channels), tuple(without)))
         heard = {c for c in channels if log is not None and c.source in log}
         for equation in without:
             own = {
@@ -79,6 +81,7 @@ def usable(
             }
             if equation.component and (heard or not channels <= own):
                 curtailed.add(equation.component)
+    warnings += lacking_words(fallen, components, log)
     return kept, frozenset(curtailed)
 
 

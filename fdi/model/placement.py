@@ -18,6 +18,7 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.model.airframe import Airframe
+from fdi.model.hints import recorded_as, setting_of
 from fdi.structure import Model
 from fdi.structure.additions import Counts, Reach, gained, minimal_additions, reach
 from fdi.structure.placement import sensor_gains
@@ -39,11 +40,14 @@ class Gain:
         Faults, of those there are, that would become detectable.
     isolable : tuple of (str, str)
         Pairs of which the first could be told from the second.
+    setting : str
+        By which setting of the autopilot the message is logged; "" where that is not known.
     """
 
     name: str
     detectable: tuple[str, ...]
     isolable: tuple[tuple[str, str], ...]
+    setting: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +58,8 @@ class Placement:
     ----------
     kind : {"message", "sensor"}
     candidates : tuple of str
-        Messages that the model can use and the log lacks, in the order of the model, or variables.
+        Messages that the model can use, such a log may hold and this one lacks, in the order of the
+        model, or variables.
     gains : tuple of Gain
         What each adds alone, the most useful first; those that add nothing are missing.
     sets : tuple of tuple of str, or None
@@ -91,7 +96,7 @@ def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
 
 def _messages(airframe: Airframe, log: Log) -> Placement:
     sources = dict.fromkeys(str(m.channel.source) for m in airframe.measurements)
-    candidates = tuple(source for source in sources if source not in log)
+    candidates = tuple(s for s in sources if s not in log and recorded_as(s, log))
 
     @cache
     def extended(counts: Counts) -> Model:
@@ -101,7 +106,10 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
         return airframe.observe(log, also=frozenset(also)).structure()
 
     before = reach(observed(()))
-    each = (Gain(name, *gained(before, reach(observed([name])))) for name in candidates)
+    each = (
+        Gain(name, *gained(before, reach(observed([name]))), setting_of(name, log))
+        for name in candidates
+    )
     gains = _ordered(gain for gain in each if gain.detectable or gain.isolable)
     most = (1,) * len(candidates)
     best = reach(extended(most))

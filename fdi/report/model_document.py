@@ -164,6 +164,7 @@ def _placement(placement: Placement) -> dict[str, Any]:
         "gains": [
             {
                 placement.kind: gain.name,
+                **({"setting": gain.setting} if gain.setting else {}),
                 "detectable": list(gain.detectable),
                 "isolable": [list(pair) for pair in gain.isolable],
             }

@@ -158,7 +158,7 @@ def _placement(found: ModelStudy) -> Iterator[RenderableType]:
         seen = set(gain.detectable)
         pairs = [f"{f} from {g}" for f, g in gain.isolable if f not in seen]
         made.add_row(
-            text(clean(gain.name)),
+            text(clean(f"{gain.name} ({gain.setting})" if gain.setting else gain.name)),
             text(shortened([*map(clean, gain.detectable)], 4) if seen else "–"),
             text(shortened([*map(clean, pairs)], 4) if pairs else "–"),
         )

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from fdi.evaluation import Evaluation, Fault, Label, Rate, score, totals
-from fdi.evaluation.calibration import reliability, stated
+from fdi.evaluation.calibration import brier_of_constant, reliability, stated
 from fdi.evaluation.tables import evaluation_document, evaluation_text
 from fdi.evaluation.totals import constant_answer, groups, totals_of
 
@@ -208,3 +208,63 @@ def test_accusations_are_judged_by_time_and_component_for_their_confidence():
     assert [(b.low, b.right.hits, b.right.of) for b in bins] == [
         (0.5, 0, 1), (0.9, 1, 1), (0.95, 0, 1)
     ]  # fmt: skip
+
+
+def test_whoever_is_accused_and_had_nothing_to_do_with_it_is_wrong_whenever_that_begins():
+    found = row(("battery", 90.0), ("gps", 10.0), ("power", 39.0), ("battery", 95.0))
+    one = score(label(GPS, accept=("power",)), found)
+    assert one.wrong == ("battery",)
+    assert one.false == ("gps",)  # too early, and yet the one that failed
+    assert score(label(), row(("gps", 3.0), ("gps", 9.0))).wrong == ("gps",)
+    assert score(label(GPS, until=50.0), row(("battery", 51.0))).wrong == ()
+
+
+def test_a_component_that_failed_and_is_ruled_out_is_cleared_wrongly():
+    both = label(GPS, Fault("compass", "step", 50.0))
+    one = score(both, row(("gps", 41.0), ruled_out=["barometer", "compass"]))
+    assert one.cleared == ("compass",)
+    assert one.named
+    assert score(label(), row(ruled_out=["gps"])).cleared == ()
+
+
+def test_an_unknown_motor_is_cleared_with_all_that_the_label_accepts():
+    propeller = label(Fault("propeller", "scale", 0.0), accept=("motor_1", "motor_4", "propulsion"))
+    assert score(propeller, row(ruled_out=["motor_1", "motor_2", "motor_3"])).cleared == ()
+    assert score(propeller, row(ruled_out=["motor_1", "motor_4"])).cleared == ("motor_1", "motor_4")
+
+
+def test_totals_and_tables_tell_of_wrong_and_cleared_and_of_answers_without_commands():
+    flights = [
+        (label(GPS), row(("gps", 41.0)), row(("battery", 90.0))),
+        (label(GPS), row(("battery", 41.0), ruled_out=["gps"]), row(("gps", 41.0))),
+        (label(GPS), row(("gps", 41.0)), row(("gps", 41.0))),
+        (label(), row(("battery", 41.0)), row()),
+    ]
+    found = Evaluation(tuple(score(*one) for one in flights), tuple(r for _, r, _ in flights))
+    told = totals(found.scores)
+    assert (told.wrong, told.cleared) == (2, 1)
+    assert (told.named, told.bare_named) == (Rate(2, 3), Rate(2, 3))
+    tree = evaluation_document(found)
+    assert (tree["totals"]["wrong"], tree["totals"]["cleared_wrongly"]) == (2, 1)
+    assert [one["without_commands"]["named"] for one in tree["flights"]] == [
+        *(False, True, True, False)
+    ]
+    head, _, line = evaluation_text(found).splitlines()[:3]
+    cells = dict(zip(head.split(" | "), line.split(" | "), strict=True))
+    assert (cells["wrong"], cells["cleared wrongly"]) == ("2", "1")
+    assert cells["without command evidence"].startswith("2/3")
+    assert "| battery 41.0 | wrong: battery, cleared: gps, not named: ruled out |" in (
+        evaluation_text(found)
+    )
+
+
+def test_flights_that_were_scored_once_have_no_answer_without_commands():
+    found = Evaluation((score(label(GPS), row(("gps", 41.0))),), (row(("gps", 41.0)),))
+    assert evaluation_document(found)["flights"][0]["without_commands"] is None
+    assert totals(found.scores).bare_named == Rate(0, 0)
+
+
+def test_confidence_is_set_against_saying_the_same_of_every_accusation():
+    pairs = [(0.9, True), (0.9, True), (0.9, True), (0.1, False)]
+    assert brier_of_constant(pairs) == pytest.approx(0.1875)  # 0.75 said of each
+    assert brier_of_constant([]) is None

@@ -58,6 +58,9 @@ def stub_log(messages, parameters=None, units=UNITS):
 
     class StubLog(dict):
         name = "stub.tlog"
+        format = "tlog"
+        autopilot = "other"
+        vehicle = "other"
 
     log = StubLog(table)
     log.parameters = parameters or {}

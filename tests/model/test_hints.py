@@ -1,0 +1,129 @@
+from dataclasses import replace
+
+import pytest
+
+from fdi.model import load_airframe
+from fdi.model.hints import setting_of, would_test
+from fdi.model.lacking import Fallen, lacking_words
+from fdi.model.placement import place
+from fdi.telemetry import read
+from fdi.telemetry.catalogue import data_table
+from tests.flights import EXAMPLES, SHARED
+
+from .test_system import stub_log
+
+SHARED_ONLY = pytest.mark.skipif(not SHARED.is_dir(), reason="no flights beside the repository")
+
+
+@pytest.fixture(scope="module")
+def flight():
+    return read(EXAMPLES / "copter_motor_failure_crash.tlog")
+
+
+def without(log, *messages):
+    return replace(log, messages={k: m for k, m in log.messages.items() if k not in messages})
+
+
+def test_a_missing_message_of_the_component_itself_would_test_it(flight):
+    log = without(flight, "GPS_RAW_INT")
+    words = would_test("gps", load_airframe("quadcopter"), log)
+    assert words == "GPS_RAW_INT at 2 Hz or more would test it (SRn_EXT_STAT)"
+
+
+def test_of_several_missing_messages_all_are_named_that_are_needed(flight):
+    """Outputs bring the motors; nothing else that is missing is asked for."""
+    log = without(flight, "SERVO_OUTPUT_RAW", "VIBRATION", "WIND")
+    words = would_test("motor_1", load_airframe("quadcopter"), log)
+    assert words == "SERVO_OUTPUT_RAW at 2 Hz or more would test it (SRn_RC_CHAN)"
+
+
+def test_what_changes_slowly_may_come_at_any_rate(flight):
+    words = would_test("vibration", load_airframe("quadcopter"), without(flight, "VIBRATION"))
+    assert words == "VIBRATION would test it (SRn_EXTRA3)"
+
+
+def test_streams_have_their_new_names_where_the_log_has_them(flight):
+    log = without(flight, "GPS_RAW_INT")
+    renamed = replace(log, parameters={**log.parameters, "MAV1_EXT_STAT": 2.0})
+    assert setting_of("GPS_RAW_INT", renamed) == "MAVn_EXT_STAT"
+    assert setting_of("GPS_RAW_INT", log) == "SRn_EXT_STAT"
+
+
+def test_nothing_is_said_of_a_component_that_the_model_knows_no_test_of(flight):
+    assert would_test("telemetry_link", load_airframe("quadcopter"), flight) == ""
+
+
+def test_nothing_is_said_of_a_component_that_is_tested(flight):
+    assert would_test("gps", load_airframe("quadcopter"), flight) == ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "message", "expected"),
+    [
+        (("dataflash", "ardupilot", "quad"), "RAW_IMU", "LOG_BITMASK, IMU, bit 7"),
+        (("dataflash", "ardupilot", "quad"), "SERVO_OUTPUT_RAW", "LOG_BITMASK, RC output, bit 10"),
+        (
+            ("dataflash", "ardupilot", "plane"),
+            "SERVO_OUTPUT_RAW",
+            "LOG_BITMASK, RC Input-Output, bit 13",
+        ),
+        (("ulog", "px4", "quad"), "GPS_RAW_INT", "SDLOG_PROFILE, bit 0, default set"),
+        (("ulog", "px4", "quad"), "SCALED_PRESSURE2", "SDLOG_PROFILE, bit 6, sensor comparison"),
+        (("ulog", "px4", "quad"), "AHRS2", ""),
+        (("tlog", "px4", "quad"), "SERVO_OUTPUT_RAW", "mavlink stream -s SERVO_OUTPUT_RAW_0 -r 2"),
+        (("tlog", "ardupilot", "quad"), "AHRS2", "SRn_EXTRA1"),
+        (("tlog", "other", "quad"), "AHRS2", ""),
+    ],
+)
+def test_settings_are_those_of_the_autopilot_and_the_kind_of_log(flight, kind, message, expected):
+    """ArduPilot's LOG_BITMASK and stream groups, PX4's SDLOG_PROFILE: sources in logging.json."""
+    format_, autopilot, vehicle = kind
+    log = replace(flight, format=format_, autopilot=autopilot, vehicle=vehicle)
+    assert setting_of(message, log) == expected
+
+
+def test_a_message_is_in_one_stream_only():
+    streams = data_table("logging")["streams"].values()
+    messages = [message for own in streams for message in own]
+    assert len(messages) == len(set(messages))
+
+
+def test_placement_tells_the_setting_and_only_what_the_autopilot_has(flight):
+    log = without(flight, "GPS_RAW_INT", "AHRS2")
+    gains = {gain.name: gain.setting for gain in place(load_airframe("quadcopter"), log).gains}
+    assert gains["GPS_RAW_INT"] == "SRn_EXT_STAT"
+    px4 = place(load_airframe("quadcopter"), replace(log, autopilot="px4"))
+    assert "GPS_RAW_INT" in px4.candidates
+    assert "AHRS2" not in px4.candidates
+
+
+@SHARED_ONLY
+def test_messages_that_come_too_seldom_are_told_with_their_rate():
+    log = read(SHARED / "healthy" / "mission_1hz.tlog")
+    words = would_test("gyroscope", load_airframe("quadcopter"), log)
+    assert words.startswith("ATTITUDE, RAW_IMU and SCALED_IMU2 at 2 Hz or more would test it")
+    assert words.endswith("the slowest comes at 1.0 Hz")
+
+
+def test_what_a_log_lacks_is_told_in_messages_and_parts(flight):
+    airframe = load_airframe("quadcopter")
+    lines = airframe.observe(without(flight, "SCALED_IMU2", "LOCAL_POSITION_NED")).warnings
+    assert (
+        "no second compass in this log (SCALED_IMU2: xmag): 1 test of the compass is left out"
+        in (lines)
+    )
+    assert "no LOCAL_POSITION_NED in this log (x, y, z): 3 tests are left out" in lines
+    names = [name for name in (*airframe.variables, *airframe.parameters) if "_" in name]
+    assert not [line for line in lines for name in names if f" {name}" in line]
+    assert len(lines) <= 3
+
+
+def test_fields_that_a_message_has_not_are_told_as_its_own():
+    log = stub_log({"SYS_STATUS": ["load"]})
+    airframe = load_airframe("quadcopter")
+    own = [m.channel for m in airframe.measurements if m.variable == "enabled_word"]
+    fallen = Fallen(frozenset(own), tuple(e for e in airframe.equations if e.name == "health_4"))
+    (line,) = lacking_words([fallen], airframe.components, log)
+    assert line.startswith(
+        "SYS_STATUS in this log shows no onboard_control_sensors_enabled: 1 test"
+    )
