@@ -5,18 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from fdi import __version__
-from fdi.chain import residuals_of
+from fdi.chain import Chain, residuals_of
 from fdi.decision import load_policy
-from fdi.diagnosis import diagnose
+from fdi.diagnosis import Diagnosis, diagnose
 from fdi.errors import UsageError
 from fdi.model import Airframe, System
 from fdi.model.choose import is_general, made_for
+from fdi.model.hints import would_test
 from fdi.model.outputs import moved_motors
 from fdi.report import write_report
 from fdi.result import Analysis
@@ -98,7 +100,7 @@ def analyze(
     with watch.stage("decide", 0.8):
         alarms = recipe.decide(chain.residuals)
     with watch.stage("diagnose", 0.9):
-        diagnosis = diagnose(alarms, chain.bank)
+        diagnosis = _hinted(diagnose(alarms, chain.bank), chain)
     told = (
         *_choice(log, system),
         *_fit(log, chain.airframe, chosen=str(model) == "auto"),
@@ -121,6 +123,15 @@ def analyze(
         version=__version__,
         writer=write_report,
     )
+
+
+def _hinted(diagnosis: Diagnosis, chain: Chain) -> Diagnosis:
+    """Return a diagnosis that says which telemetry would test what this one cannot show."""
+    told = []
+    for one in diagnosis.not_testable:
+        hint = would_test(one.component, chain.airframe, chain.log, chain.system)
+        told.append(replace(one, text=f"{one.text}; {hint}") if hint else one)
+    return replace(diagnosis, not_testable=tuple(told))
 
 
 def _choice(log: Log, system: int | None) -> tuple[str, ...]:
