@@ -392,6 +392,7 @@ def _grid(analysis: Analysis) -> dict[str, Any]:
 
 def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
     names = [equation.name for equation in analysis.system.equations]
+    signatures = analysis.bank.signature_names()
     rows: list[dict[str, Any]] = []
     for row, generator in enumerate(analysis.bank.generators):
         threshold = analysis.alarms.threshold[row]
@@ -400,7 +401,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
             {
                 "id": generator.id,
                 "equations": [names[i] for i in generator.equations],
-                "signature": list(generator.faults),
+                "signature": list(signatures[row]),
                 "threshold": number(float(np.median(known))) if len(known) else None,
                 "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
                 "status": "ok",

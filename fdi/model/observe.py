@@ -25,13 +25,13 @@ from fdi.model.evaluate import evaluate, holds
 from fdi.model.expression import Expression, Number, Symbol, differential, substitute, symbols
 from fdi.model.parts import (
     MEASURED,
-    STATES,
     Component,
     Equation,
     Kind,
     Measurement,
     Parameter,
     Variable,
+    fields_of,
 )
 from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
 from fdi.model.world import world_value
@@ -133,7 +133,7 @@ def is_present(
     if channel.source not in log:
         return False
     message = log[channel.source]
-    asked = _fields(measurement, parameters)
+    asked = fields_of(measurement, parameters)
     missing = [name for name in asked if name not in message.fields]
     if missing:
         if message.made_from is None:  # otherwise the log has no such message at all
@@ -168,14 +168,6 @@ def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
     # No unit is a number; per cent and degrees it is not, because these became fractions and
     # radians when the log was read.
     return isclose(variable.factor, 1.0)
-
-
-def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the message fields that a measurement reads; a parameter of the model is none."""
-    own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
-    condition = symbols(measurement.when) if measurement.when else ()
-    names = dict.fromkeys((*own, *condition))
-    return tuple(name for name in names if name not in STATES and name not in parameters)
 
 
 def _names(expression: Expression, parameters: Mapping[str, Any]) -> tuple[str, ...]:
@@ -254,7 +246,7 @@ def request_of(
     value, when, reported = measurement.value, measurement.when, measurement.reported
     return Request(
         channel=measurement.channel,
-        fields=_fields(measurement, parameters),
+        fields=fields_of(measurement, parameters),
         value=None if value is None else _compute(substitute(value, constants)),
         valid=None if when is None else _hold(substitute(when, constants)),
         raw=measurement.raw,

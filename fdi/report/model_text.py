@@ -139,7 +139,7 @@ def why_not_told(found: ModelStudy, group: Sequence[str]) -> tuple[str, tuple[st
     if promised[place[first[0]], place[first[1]]]:
         why = f"{first[0]} could be told from {first[1]}, but by no test that can be implemented"
         return clean(why), ()
-    model = found.system.structure()
+    model = found.system.structure(trusting=False)
     reason = explain(model, *first)
     return clean(reason.because), tuple(clean(model.unknowns[u]) for u in reason.sensors)
 

@@ -26,12 +26,11 @@ Fault = Mapping[int, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """A piece of a flight with every node of the bank as the data are, and its arguments."""
+    """A piece of a flight with every node of the bank as the data are."""
 
     bank: Bank
     context: Context
     nodes: tuple[Value, ...]
-    arguments: tuple[tuple[int, ...], ...]
 
     @property
     def t(self) -> Floats:
@@ -54,11 +53,7 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     done: dict[int, Value] = {}
     for number, node in enumerate(bank.nodes):
         done[number] = compute_node(node, done, context)
-    arguments = tuple(
-        tuple(argument for _, argument in (*node.arguments, *node.gate_arguments))
-        for node in bank.nodes
-    )
-    return Stretch(bank, context, tuple(done.values()), arguments)
+    return Stretch(bank, context, tuple(done.values()))
 
 
 def respond(piece: Stretch, fault: Fault) -> Floats:
@@ -77,11 +72,11 @@ def respond(piece: Stretch, fault: Fault) -> Floats:
         residual is unknown with or without it.
     """
     bank = piece.bank
-    context = replace(piece.context, added=fault, shown=_shown(piece, fault))
+    context = replace(piece.context, added=fault)
     done = dict(enumerate(piece.nodes))
     reached: set[int] = set()
     for number, node in enumerate(bank.nodes):
-        if node.equation in fault or not reached.isdisjoint(piece.arguments[number]):
+        if node.equation in fault or not reached.isdisjoint(node.reads):
             reached.add(number)
             done[number] = compute_node(node, done, context)
     change = np.zeros((len(bank.generators), len(piece.t)))
@@ -91,18 +86,6 @@ def respond(piece: Stretch, fault: Fault) -> Floats:
             circular = bank.system.equations[generator.residual].circular
             change[row] = wrap(moved) if circular else moved
     return change
-
-
-def _shown(piece: Stretch, fault: Fault) -> Mapping[str, Floats]:
-    """Return what channels show of variables with the fault: it tells several roots apart."""
-    shown = dict(piece.context.shown)
-    for number, added in fault.items():
-        measurement = piece.bank.system.equations[number].measurement
-        assert measurement is not None
-        column = piece.context.signals.columns[measurement.channel]
-        if shown[measurement.variable] is column:
-            shown[measurement.variable] = column + added
-    return shown
 
 
 def _cut(signals: Signals, span: slice) -> Signals:
