@@ -169,6 +169,7 @@ def _model(analysis: Analysis) -> dict[str, Any]:
     return {
         "name": analysis.airframe.name,
         "sha256": analysis.airframe.sha256,
+        "files": model_files(analysis.airframe),
         "parameters": {
             name: {
                 "value": number(value.value),
@@ -179,6 +180,14 @@ def _model(analysis: Analysis) -> dict[str, Any]:
             for name, value in analysis.system.parameters.items()
         },
     }
+
+
+def model_files(airframe: Airframe) -> list[dict[str, Any]]:
+    """Return the files that a model was read from."""
+    return [
+        {"name": file.name, "sha256": file.sha256, "shipped": file.shipped}
+        for file in airframe.files
+    ]
 
 
 def number(value: float | None) -> float | None:

@@ -37,6 +37,29 @@ class Kind(StrEnum):
     INPUT = "input"  # likewise, but known and trusted
 
 
+GROUPS: Final = (
+    "sensor",
+    "navigation",
+    "autopilot",
+    "os",
+    "power",
+    "link",
+    "propulsion",
+    "airframe",
+    "other",
+)
+"""Of components and faults; what is not listed anywhere is of the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """A file that a model was read from: its path in its folder, and whether it is shipped."""
+
+    name: str
+    sha256: str
+    shipped: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Component:
     """What a person replaces or tunes.
