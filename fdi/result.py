@@ -194,6 +194,7 @@ def _model(analysis: Analysis) -> dict[str, Any]:
     return {
         "name": analysis.airframe.name,
         "sha256": analysis.airframe.sha256,
+        "files": model_files(analysis.airframe),
         "parameters": {
             name: {
                 "value": number(value.value),
@@ -204,6 +205,14 @@ def _model(analysis: Analysis) -> dict[str, Any]:
             for name, value in analysis.system.parameters.items()
         },
     }
+
+
+def model_files(airframe: Airframe) -> list[dict[str, Any]]:
+    """Return the files that a model was read from."""
+    return [
+        {"name": file.name, "sha256": file.sha256, "shipped": file.shipped}
+        for file in airframe.files
+    ]
 
 
 def number(value: float | None) -> float | None:
@@ -417,6 +426,7 @@ def _grid(analysis: Analysis) -> dict[str, Any]:
 
 def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
     names = [equation.name for equation in analysis.system.equations]
+    signatures = analysis.bank.signature_names()
     rows: list[dict[str, Any]] = []
     for row, generator in enumerate(analysis.bank.generators):
         threshold = analysis.alarms.threshold[row]
@@ -425,7 +435,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
             {
                 "id": generator.id,
                 "equations": [names[i] for i in generator.equations],
-                "signature": list(generator.faults),
+                "signature": list(signatures[row]),
                 "threshold": number(float(np.median(known))) if len(known) else None,
                 "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
                 "status": "ok",

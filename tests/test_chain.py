@@ -38,7 +38,7 @@ def test_a_model_without_a_test_is_refused(tmp_path):
     model = tmp_path / "empty.yaml"
     model.write_text(
         "format: 1\nname: empty\ndescription: nothing\nvariables: {x: {unit: m}}\n"
-        "measurements: {NO_SUCH: {component: gps, group: sensor, fields: {y: {variable: x}}}}\n"
+        "measurements: {VFR_HUD: {component: gps, group: sensor, fields: {alt: {variable: x}}}}\n"
         "components: {gps: {group: sensor}}\n"
     )
     with pytest.raises(ModelError, match="no residual generator"):

@@ -120,7 +120,7 @@ def quiet_tests(alarms: Alarms) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
 
 
 def _rougher(alarms: Alarms, flying: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the tests, (r,) bool, that scatter more at any time than in the flight's beginning."""
+    """Return the tests, (r,) bool, that scatter more later than in the flight's beginning."""
     residuals = alarms.residuals
     signals = residuals.signals
     block = max(4, round(BLOCK_S * signals.rate_hz))
@@ -133,15 +133,18 @@ def _rougher(alarms: Alarms, flying: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _scatter(ratio: Floats, block: int) -> Floats:
-    """Return the largest standard deviation of any block of each row, NaN without one."""
+    """Return the standard deviation that one in ten blocks of each row exceeds, NaN without one."""
     count = ratio.shape[1] // block
     if not count:
         return np.full(len(ratio), np.nan)
     blocks = ratio[:, : count * block].reshape(len(ratio), count, block)
-    whole = np.isfinite(blocks).all(axis=2)
-    deviation = np.where(whole, np.where(np.isfinite(blocks), blocks, 0.0).std(axis=2), np.nan)
-    largest: Floats = np.fmax.reduce(deviation, axis=1)
-    return largest
+    deviation = blocks.std(axis=2)  # NaN where a sample of the block is unknown
+    found = np.full(len(ratio), np.nan)
+    for row, own in enumerate(deviation):
+        known = own[np.isfinite(own)]
+        if len(known):
+            found[row] = np.quantile(known, 0.9)
+    return found
 
 
 def _bounds(alarms: Alarms, span: slice) -> Floats:

@@ -166,8 +166,7 @@ def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[s
 
 def channels_of(bank: Bank, generator: Generator) -> tuple[str, ...]:
     """Return the channels that a generator reads, by name."""
-    measured = (bank.system.equations[i].measurement for i in generator.equations)
-    return tuple(str(m.channel) for m in measured if m is not None)
+    return tuple(str(channel) for channel in bank.channels(generator))
 
 
 def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:

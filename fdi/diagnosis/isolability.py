@@ -18,7 +18,7 @@ from fdi.structure.isolability import (
 
 def implementable_isolability(bank: Bank) -> Isolability:
     """Return what the residual generators of a bank can see and tell apart."""
-    signatures = bank.incidence
+    signatures = bank.sensitivity
     names = tuple(fault.name for fault in bank.system.faults)
     seen = detectable_of_signatures(signatures)
     matrix = isolability_of_signatures(signatures)
@@ -27,7 +27,7 @@ def implementable_isolability(bank: Bank) -> Isolability:
 
 def structural_isolability(system: System) -> Isolability:
     """Return what the equations promise, whether or not a generator can be implemented."""
-    model = system.structure()
+    model = system.structure(trusting=False)
     names = tuple(fault.name for fault in system.faults)
     place = [[fault.name for fault in model.faults].index(name) for name in names]
     seen = structure.detectable(model)[place]

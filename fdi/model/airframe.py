@@ -22,7 +22,7 @@ from fdi.model.observe import (
     usable,
     value_of,
 )
-from fdi.model.parts import Component, Equation, Measurement, Parameter, Variable
+from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
 from fdi.model.system import System
 from fdi.telemetry import Copy, Log, Request
 
@@ -37,6 +37,8 @@ class Airframe:
         The vehicle types it is chosen for when the user names no model.
     sha256 : str
         Over the bytes of the file and of what it includes.
+    files : tuple of ModelFile
+        All of them, included ones first.
     units : dict of str to Dimension
         What the unit texts of variables and of logs stand for, as far as that is known without
         reading them anew.
@@ -52,6 +54,7 @@ class Airframe:
     measurements: tuple[Measurement, ...]
     sha256: str
     units: dict[str, Dimension] = field(default_factory=dict)
+    files: tuple[ModelFile, ...] = ()
 
     def observe(
         self,

@@ -49,6 +49,9 @@ STILL: Final = ":still"
 RECENT: Final = ":recent"
 """Behind a field: not its value, but how long it has not changed, s."""
 
+ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
+"""What a channel has once, however many variables it shows."""
+
 
 @dataclass(slots=True)
 class _Draft:
@@ -59,6 +62,7 @@ class _Draft:
     used: set[str] = field(default_factory=set)
     faults: dict[str, str] = field(default_factory=dict)
     watched: dict[str, Equation] = field(default_factory=dict)  # by the variable of the stillness
+    columns: dict[Channel, tuple[Measurement, str]] = field(default_factory=dict)
 
     @contextmanager
     def reporting(self, definition: Definition, *part: str) -> Iterator[None]:
@@ -77,6 +81,17 @@ class _Draft:
         if name in self.faults:
             raise ModelError(f"the fault {name!r} is brought twice, first at {self.faults[name]}")
         self.faults[name] = definition.at(*part)
+
+    def check_column(self, made: Measurement, definition: Definition, *part: str) -> None:
+        """Raise ModelError where a channel is said to be something else elsewhere.
+
+        A channel may show several variables, as an input and as a measurement; it is one column
+        with one accuracy all the same.
+        """
+        first, where = self.columns.setdefault(made.channel, (made, definition.at(*part)))
+        other = [name for name in ONE_COLUMN if getattr(first, name) != getattr(made, name)]
+        if other:
+            raise ModelError(f"{made.channel} has another {' and '.join(other)} at {where}")
 
     def check_names(self, expression: Expression, extra: frozenset[str] = frozenset()) -> None:
         unknown = [n for n in symbols(expression) if n not in self.units and n not in extra]
@@ -134,6 +149,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         measurements=tuple(measurements),
         sha256=found.digest.hexdigest(),
         units=_units(variables),
+        files=tuple(found.files),
     )
 
 
@@ -326,6 +342,8 @@ def _message(
             if unit is None:
                 continue
             made = _measurement(channel, entry, item, trusted, unit)
+            if bare == field_name:
+                draft.check_column(made, definition, *part)
             if bare != field_name:
                 is_still = field_name.endswith(STILL)
                 yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)

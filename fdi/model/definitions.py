@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
+from fdi.model.parts import ModelFile
 from fdi.model.yaml import Document, Place
 
 SECTIONS: Final = (
@@ -36,8 +37,12 @@ class Definition:
 
 @dataclass(slots=True)
 class Definitions:
-    """All entries of a file and of what it includes, by section and name, in reading order."""
+    """All entries of a file and of what it includes, by section and name, in reading order.
 
+    ``folder`` is that of the first file, ``files`` is what was read.
+    """
+
+    folder: Path
     sections: dict[str, dict[str, Definition]] = field(
         default_factory=lambda: {section: {} for section in SECTIONS}
     )
@@ -46,3 +51,33 @@ class Definitions:
     looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)
     checksums: dict[Path, str] = field(default_factory=dict)
     open_files: list[Path] = field(default_factory=list)
+    files: list[ModelFile] = field(default_factory=list)
+
+    def remove(self, section: str, name: str, among: set[tuple[str, str]]) -> bool:
+        """Take out an entry, or ``MESSAGE.field`` of one; return whether it was there.
+
+        Parameters
+        ----------
+        section, name : str
+        among : set of (str, str)
+            Sections and names that may be taken out; those that are leave it.
+        """
+        known = self.sections[section]
+        here = [key for key in known if (section, key) in among]
+        own = [key for key in here if key.partition("#")[0] == name]
+        for key in own:
+            del known[key]
+            among.discard((section, key))
+        if own or section not in ("inputs", "measurements"):
+            return bool(own)
+        message, _, part = name.partition(".")
+        held = [
+            key
+            for key in here
+            if key.partition("#")[0] == message and part in known[key].entry.fields
+        ]
+        for key in held:
+            entry = known[key].entry
+            fields = {field: item for field, item in entry.fields.items() if field != part}
+            known[key] = replace(known[key], entry=entry.model_copy(update={"fields": fields}))
+        return bool(held)

@@ -212,6 +212,8 @@ def _convert(node: ast.expr, depth: int) -> Expression:
             return _comparison([left, *comparators], ops, depth)
         case ast.Call():
             return _call(node, depth)
+        case ast.BinOp(op=ast.BitXor()):
+            raise ModelError("'^' is no power: use '**'")
     raise ModelError(f"{type(node).__name__} is not allowed in an expression")
 
 

@@ -1,9 +1,11 @@
 """Which airframe does a model file, with what it includes, describe?
 
 In: a name of a shipped model or a path. Out: an :class:`~fdi.model.airframe.Airframe`, or one
-``ModelError`` that reports all problems together, each with file, line and reason. Included files
-come from the model's own folder or from the shipped models, never from outside these two; a second
-definition of anything is an error unless the file extends the one that made the first.
+``ModelError`` that reports all problems together, each with file, line and reason. An included file
+is looked for beside the file that names it, then beside the first file, then among the shipped
+models, and never comes from outside the first file's folder and these: a copied folder of models
+includes its own files. A second definition of anything is an error unless the file extends the one
+that made the first, from which it may also remove some.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
 from fdi.model.definitions import SECTIONS, Definition, Definitions
+from fdi.model.parts import ModelFile
 from fdi.model.repeat import repeated
 from fdi.model.yaml import Document, Place, read_document
 
@@ -72,7 +75,7 @@ def load_airframe(name: str | Path) -> Airframe:
     kept = recall(path, models_folder())
     if kept is not None:
         return kept
-    found = Definitions()
+    found = Definitions(path.parent)
     main = _read(path, path.name, found)
     if found.problems or main is None:
         raise ModelError.of(found.problems)
@@ -104,7 +107,16 @@ def _read(path: Path, label: str, found: Definitions) -> AirframeFile | None:
         _collect(spec, document, found, _read_named(spec, path, document, found))
         found.open_files.pop()
     found.checksums[resolved] = document.sha256
+    found.files.append(_model_file(resolved, document.sha256, found.folder))
     return spec
+
+
+def _model_file(resolved: Path, sha256: str, folder: Path) -> ModelFile:
+    """Return a file by its path in the folder that it came from."""
+    for own, shipped in ((models_folder(), True), (folder, False)):
+        if own.resolve() in resolved.parents:
+            return ModelFile(resolved.relative_to(own.resolve()).as_posix(), sha256, shipped)
+    return ModelFile(resolved.name, sha256, False)  # the first file may be a link
 
 
 def _read_named(
@@ -117,6 +129,7 @@ def _read_named(
         base = spec.extends if spec.extends.endswith(".yaml") else f"{spec.extends}.yaml"
         _follow(base, path, document, ("extends",), found)
         extended = _names(found) - before
+    _remove(spec, document, found, extended)
     for index, target in enumerate(spec.include):
         _follow(target, path, document, ("include", index), found)
     return extended
@@ -150,13 +163,14 @@ def _follow(
     found: Definitions,
 ) -> None:
     where = f"{document.name}:{document.line(place)}"
-    for folder in (path.parent, models_folder()):
+    roots = [folder.resolve() for folder in (found.folder, models_folder())]
+    for folder in dict.fromkeys((path.parent, found.folder, models_folder())):
         candidate = folder / target
         if not candidate.is_file():
             found.looked[candidate] = None
             continue
         resolved = candidate.resolve()
-        if folder.resolve() not in resolved.parents:
+        if not any(root in resolved.parents for root in roots):
             found.problems.append(f"{where}: {target!r} lies outside the model's folder")
         elif resolved in found.open_files:
             found.problems.append(f"{where}: {target!r} includes itself")
@@ -164,6 +178,18 @@ def _follow(
             _read(candidate, target, found)
         return
     found.problems.append(f"{where}: {target!r} is not found beside the file or among the models")
+
+
+def _remove(
+    spec: AirframeFile, document: Document, found: Definitions, extended: set[tuple[str, str]]
+) -> None:
+    """Take out what a file does not want of the one that it extends."""
+    for section, names in spec.remove.items():
+        for index, name in enumerate(names):
+            if not found.remove(section, name, extended):
+                where = f"{document.name}:{document.line(('remove', section, index))}"
+                of = f"{spec.extends!r} has none" if spec.extends else "nothing is extended"
+                found.problems.append(f"{where}: remove: no {name!r} in {section}: {of}")
 
 
 def _collect(

@@ -26,13 +26,13 @@ from fdi.model.expression import Expression, Number, Symbol, differential, subst
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.parts import (
     MEASURED,
-    STATES,
     Component,
     Equation,
     Kind,
     Measurement,
     Parameter,
     Variable,
+    fields_of,
 )
 from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
 from fdi.model.world import world_value
@@ -136,7 +136,7 @@ def is_present(
     if channel.source not in log:
         return False
     message = log[channel.source]
-    asked = _fields(measurement, parameters)
+    asked = fields_of(measurement, parameters)
     missing = [name for name in asked if name not in message.fields]
     if missing:
         if message.made_from is None:  # otherwise the log has no such message at all
@@ -171,14 +171,6 @@ def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:
     # No unit is a number; per cent and degrees it is not, because these became fractions and
     # radians when the log was read.
     return isclose(variable.factor, 1.0)
-
-
-def _fields(measurement: Measurement, parameters: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the message fields that a measurement reads; a parameter of the model is none."""
-    own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
-    condition = symbols(measurement.when) if measurement.when else ()
-    names = dict.fromkeys((*own, *condition))
-    return tuple(name for name in names if name not in STATES and name not in parameters)
 
 
 def _names(expression: Expression, parameters: Mapping[str, Any]) -> tuple[str, ...]:
@@ -257,7 +249,7 @@ def request_of(
     value, when, reported = measurement.value, measurement.when, measurement.reported
     return Request(
         channel=measurement.channel,
-        fields=_fields(measurement, parameters),
+        fields=fields_of(measurement, parameters),
         value=None if value is None else _compute(substitute(value, constants)),
         valid=None if when is None else _hold(substitute(when, constants)),
         raw=measurement.raw,

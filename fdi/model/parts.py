@@ -6,11 +6,12 @@ Every quantity is a float in the unit of the variable it belongs to; texts have 
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
 
-from fdi.model.expression import CONSTANTS, Expression
+from fdi.model.expression import CONSTANTS, Expression, symbols
 from fdi.telemetry import Channel
 
 STATES: Final = frozenset({"armed", "airborne", "mode", "phase", "step"})
@@ -34,6 +35,29 @@ class Kind(StrEnum):
     EQUALITY = "equality"  # a quantity stays at a value within a tolerance
     MEASUREMENT = "measurement"  # a channel of the log shows a variable; brings a fault
     INPUT = "input"  # likewise, but known and trusted
+
+
+GROUPS: Final = (
+    "sensor",
+    "navigation",
+    "autopilot",
+    "os",
+    "power",
+    "link",
+    "propulsion",
+    "airframe",
+    "other",
+)
+"""Of components and faults; what is not listed anywhere is of the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFile:
+    """A file that a model was read from: its path in its folder, and whether it is shipped."""
+
+    name: str
+    sha256: str
+    shipped: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,3 +223,32 @@ class Measurement:
     trusted: bool = False
     reported: Expression | None = None
     stillness: bool = False
+
+
+def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:
+    """Return the message fields that a measurement reads; a parameter of the model is none."""
+    own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
+    condition = symbols(measurement.when) if measurement.when else ()
+    names = dict.fromkeys((*own, *condition))
+    return tuple(name for name in names if name not in STATES and name not in parameters)
+
+
+def read_by(
+    measurement: Measurement, parameters: Container[str], *, accuracy: bool = False
+) -> tuple[Channel, ...]:
+    """Return the channels of the log that a measurement's column is made of.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    parameters : container of str
+        Names of the model's parameters.
+    accuracy : bool
+        Also those by which the message reports its accuracy.
+    """
+    names = dict.fromkeys(fields_of(measurement, parameters))
+    if accuracy and measurement.reported is not None:
+        told = symbols(measurement.reported)
+        names.update(dict.fromkeys(name for name in told if name not in parameters))
+    message, instance = measurement.channel.message, measurement.channel.instance
+    return tuple(Channel(message, name, instance) for name in names)

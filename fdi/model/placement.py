@@ -85,7 +85,7 @@ def place(airframe: Airframe, log: Log | None) -> Placement:
 
 
 def _sensors(airframe: Airframe) -> Placement:
-    model = airframe.observe().structure()
+    model = airframe.observe().structure(trusting=False)
     gains = tuple(Gain(model.unknowns[u], *gain) for u, gain in sensor_gains(model).items())
     return Placement("sensor", model.unknowns, _ordered(gains), None)
 
@@ -103,7 +103,7 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
         return observed(source for source, n in zip(candidates, counts, strict=True) if n)
 
     def observed(also: Iterable[str]) -> Model:
-        return airframe.observe(log, also=frozenset(also)).structure()
+        return airframe.observe(log, also=frozenset(also)).structure(trusting=False)
 
     before = reach(observed(()))
     each = (

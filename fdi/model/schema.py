@@ -8,13 +8,32 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+)
+
+from fdi.model.definitions import SECTIONS
+from fdi.model.parts import GROUPS
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=80)]
 Quantity = float | str
 """A number in the variable's unit, or a number with a unit: ``0.3 m/s``."""
 Clause = Annotated[str, StringConstraints(pattern=r"^[^_<>=\n]{0,69}[^_<>=\n.]$")]
 """What is so where a statement is violated, to stand behind the name of a component."""
+
+
+def _known_group(value: str) -> str:
+    if value not in GROUPS:
+        raise ValueError(f"no group {value!r}; there are {', '.join(GROUPS)}")
+    return value
+
+
+Group = Annotated[str, AfterValidator(_known_group)]
 
 
 class _Entry(BaseModel):
@@ -30,7 +49,7 @@ class ComponentEntry(_Entry):
     """A component; ``name`` is what a person calls it."""
 
     name: Clause | None = None
-    group: str = "other"
+    group: Group = "other"
     description: str = ""
     affects: list[Name] = []
     computed: bool = False
@@ -122,7 +141,7 @@ class FieldEntry(_Entry):
     raw: bool = False
     freeze: Quantity | None = None
     component: Name | None = None
-    group: str | None = None
+    group: Group | None = None
 
 
 class MeasurementEntry(_Entry):
@@ -130,12 +149,19 @@ class MeasurementEntry(_Entry):
 
     fields: dict[str, FieldEntry]
     component: Name | None = None
-    group: str | None = None
+    group: Group | None = None
     latency: Quantity = 0.0
     when: str | None = None
     description: str = ""
 
 
+def _known_section(value: str) -> str:
+    if value not in SECTIONS:
+        raise ValueError(f"nothing to remove from; there are {', '.join(SECTIONS)}")
+    return value
+
+
+Section = Annotated[str, AfterValidator(_known_section)]
 Written = Annotated[EquationEntry, BeforeValidator(_text_entry)]
 
 
@@ -148,6 +174,7 @@ class AirframeFile(_Entry):
     vehicles: list[str] = []
     include: list[str] = []
     extends: str | None = None
+    remove: dict[Section, list[str]] = {}
     components: dict[Name, ComponentEntry] = {}
     variables: dict[Name, VariableEntry] = {}
     parameters: dict[Name, ParameterEntry] = {}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from fdi.model.expression import Expression, differential, regressed
-from fdi.model.parts import Component, Kind, Measurement, Side, Variable
+from fdi.model.parts import Component, Kind, Measurement, Side, Variable, read_by
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Copy, Request
@@ -133,21 +133,26 @@ class System:
             if equation.kind is Kind.INPUT and equation.measurement
         }
 
-    def structure(self, *, limits: bool = True) -> Model:
+    def structure(self, *, limits: bool = True, trusting: bool = True) -> Model:
         """Return the incidence of the system, as pure structure.
 
-        A variable that an input shows is known and trusted, so it is no unknown here.
+        A variable that an input shows is known, so it is no unknown here.
 
         Parameters
         ----------
         limits : bool
             False leaves limits and equalities out: they are no redundancy for a cross-check. The
             names of the equations, not their numbers, then lead back to the system.
+        trusting : bool
+            Whether a fault enters its own equation alone, which is how tests are looked for. False:
+            that of a channel enters wherever the channel is read, as an input too. The conditions
+            of equations are left out: what they read is known once they are implemented.
         """
         left_out = (Kind.INPUT,) if limits else (Kind.INPUT, Kind.LIMIT, Kind.EQUALITY)
         kept = [i for i, equation in enumerate(self.equations) if equation.kind not in left_out]
         row_of = {number: row for row, number in enumerate(kept)}
         known = self.inputs
+        entering = [(f.equation,) for f in self.faults] if trusting else self._entering()
         used = {name for i in kept for name in self.equations[i].edges}
         names = [name for name in self.unknowns if name in used and name not in known]
         place = {name: column for column, name in enumerate(names)}
@@ -164,14 +169,30 @@ class System:
                 tuple(sorted(place[n] for n in self.equations[i].edges if n in place)) for i in kept
             ),
             faults=tuple(
-                StructuralFault(fault.name, (row_of[fault.equation],))
-                for fault in self.faults
+                StructuralFault(fault.name, tuple(row_of[i] for i in entered if i in row_of))
+                for fault, entered in zip(self.faults, entering, strict=True)
                 if fault.equation in row_of
             ),
             derivative=tuple((i, j, kind[0]) for i, j, kind in edges if kind in DIFFERENTIAL),
             nonsolvable=tuple((i, j) for i, j, kind in edges if kind == "fixed"),
             name=self.name,
         )
+
+    def _entering(self) -> list[tuple[int, ...]]:
+        """Return the equations that every fault enters, with those that read its channel."""
+        read = [
+            set(read_by(e.measurement, self.parameters)) if e.measurement else set()
+            for e in self.equations
+        ]
+        for number, equation in enumerate(self.equations):
+            for name in equation.edges.keys() & self.inputs.keys():
+                read[number] |= read[self.inputs[name]]
+        found = []
+        for fault in self.faults:
+            shown = self.equations[fault.equation].measurement
+            reading = [i for i, own in enumerate(read) if shown and shown.channel in own]
+            found.append(tuple(sorted({fault.equation, *reading})))
+        return found
 
     def __repr__(self) -> str:
         return (

@@ -139,6 +139,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
     import numpy as np
 
     rows = []
+    signatures = analysis.bank.signature_names()
     raised = analysis.alarms.alarm.mean(axis=1) if analysis.alarms.alarm.size else []
     for row, generator in enumerate(analysis.bank.generators):
         equation = analysis.system.equations[generator.residual]
@@ -151,7 +152,7 @@ def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
                 "id": generator.id,
                 "text": equation.text or equation.name,
                 "equations": _names(analysis, generator.equations),
-                "signature": list(generator.faults),
+                "signature": list(signatures[row]),
                 "threshold": number(float(np.median(known)) * scale, 3) if len(known) else None,
                 "unit": unit(label),
                 "alarm": float(raised[row]) if len(state) else 0.0,

@@ -19,7 +19,7 @@ from fdi.model.placement import Placement
 from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.sets import MAX_CANDIDATES
-from fdi.result import isolability_rows
+from fdi.result import isolability_rows, model_files
 
 SCHEMA_VERSION: Final = 1
 MSO_LIMIT: Final = 2000
@@ -134,6 +134,7 @@ def model_document(found: ModelStudy) -> dict[str, Any]:
         "model": {
             "name": found.airframe.name,
             "sha256": found.airframe.sha256,
+            "files": model_files(found.airframe),
             "description": found.airframe.description,
             "log": found.log_name,
         },

@@ -31,6 +31,11 @@ def model_summary(found: ModelStudy) -> Iterator[RenderableType]:
         yield text(found.airframe.description)
     source = f"the channels of {found.log_name}" if found.log_name else "every measurement present"
     yield text(f"with {source}; sha256 {found.airframe.sha256[:16]}…")
+    files = found.airframe.files
+    for shipped, of in ((False, "files of its own"), (True, "shipped files")):
+        names = ", ".join(clean(file.name) for file in files if file.shipped is shipped)
+        if names:
+            yield text(f"{of}: {names}")
     yield from _counts(found)
     yield from _undetectable(found)
     yield from _groups(found)
@@ -139,7 +144,7 @@ def why_not_told(found: ModelStudy, group: Sequence[str]) -> tuple[str, tuple[st
     if promised[place[first[0]], place[first[1]]]:
         why = f"{first[0]} could be told from {first[1]}, but by no test that can be implemented"
         return clean(why), ()
-    model = found.system.structure()
+    model = found.system.structure(trusting=False)
     reason = explain(model, *first)
     return clean(reason.because), tuple(clean(model.unknowns[u]) for u in reason.sensors)
 

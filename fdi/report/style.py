@@ -17,7 +17,6 @@ from fdi.report.words import clean
 
 GROUP_COLOURS: Final[dict[str, str]] = {
     "sensor": "#e3a008",
-    "sensors": "#e3a008",  # the published models' word
     "navigation": "#2b6cb0",
     "autopilot": "#c53030",
     "os": "#1f2933",

@@ -88,7 +88,8 @@ def residuals_parquet(analysis: Analysis) -> bytes:
 def _column_metadata(analysis: Analysis) -> dict[str, dict[bytes, bytes]]:
     system = analysis.system
     found: dict[str, dict[bytes, bytes]] = {"t": {b"unit": b"s"}}
-    for generator in analysis.bank.generators:
+    bank = analysis.bank
+    for generator, signature in zip(bank.generators, bank.signature_names(), strict=True):
         unit = system.equations[generator.residual].unit
         found[generator.id] = {
             b"unit": unit.encode(),
@@ -96,6 +97,6 @@ def _column_metadata(analysis: Analysis) -> dict[str, dict[bytes, bytes]]:
                 [system.equations[i].name for i in generator.equations]
             ).encode(),
             b"residual_equation": system.equations[generator.residual].name.encode(),
-            b"signature": json.dumps(list(generator.faults)).encode(),
+            b"signature": json.dumps(list(signature)).encode(),
         }
     return found

@@ -10,6 +10,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
 - ``node.py``, ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
+- ``reads.py``: what a computation is made of: nodes, channels, faults
 - ``regress.py``: by what factor one quantity follows another
 - ``latency.py``: how late sensors come, by the log
 - ``accuracy.py``: how accurate sensors say that they are, and how far they are believed

@@ -19,8 +19,9 @@ from fdi.model.system import System
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import context_of, evaluate_nodes
 from fdi.residuals.node import Node
+from fdi.residuals.reads import channels_read, faults_reaching
 from fdi.residuals.rules import Reason
-from fdi.telemetry import Signals
+from fdi.telemetry import Channel, Signals
 
 if TYPE_CHECKING:
     import pandas
@@ -37,7 +38,8 @@ class Generator:
     equations : tuple of int
         That it uses, ascending.
     faults : tuple of str
-        Its signature: the faults it is sensitive to.
+        Those that its equations bring: what its alarm speaks of. All that it is sensitive to, its
+        signature, is in ``Bank.sensitivity``.
     node : int
         The node of its residual.
     residual : int
@@ -98,7 +100,7 @@ class Bank:
 
     @property
     def incidence(self) -> NDArray[np.bool_]:
-        """Return the signatures, (generators, faults) bool, in the system's order of faults."""
+        """Return which faults the equations bring, (generators, faults) bool."""
         place = {fault.name: i for i, fault in enumerate(self.system.faults)}
         matrix = np.zeros((len(self.generators), len(place)), dtype=bool)
         for row, generator in enumerate(self.generators):
@@ -106,12 +108,34 @@ class Bank:
         return matrix
 
     @property
+    def sensitivity(self) -> NDArray[np.bool_]:
+        """Return the signatures, (generators, faults) bool, in the system's order of faults.
+
+        A residual is sensitive to more than what its equations bring: to the faults of channels
+        that it reads as trusted inputs, or of which a condition takes account.
+        """
+        matrix = np.zeros((len(self.generators), len(self.system.faults)), dtype=bool)
+        for row, own in enumerate(self.generators):
+            reaching = faults_reaching(self.system, self.nodes, own.node, own.equations)
+            matrix[row, sorted(reaching)] = True
+        return matrix
+
+    def signature_names(self) -> tuple[tuple[str, ...], ...]:
+        """Return the signature of every generator by the names of the faults."""
+        names = [fault.name for fault in self.system.faults]
+        return tuple(tuple(names[i] for i in np.flatnonzero(row)) for row in self.sensitivity)
+
+    def channels(self, generator: Generator) -> tuple[Channel, ...]:
+        """Return the channels of the log that a generator reads, those of conditions included."""
+        return channels_read(self.system, self.nodes, generator.node)
+
+    @property
     def signatures(self) -> pandas.DataFrame:
         """Return the signatures as a frame, residuals by faults."""
         import pandas as pd
 
         return pd.DataFrame(
-            self.incidence,
+            self.sensitivity,
             index=[generator.id for generator in self.generators],
             columns=[fault.name for fault in self.system.faults],
         )

@@ -142,6 +142,10 @@ class _Graph:
         assert measurement is not None
         return measurement.variable
 
+    def _near(self, names: Iterable[str]) -> Arguments:
+        shown = [name for name in names if name in self._shown]
+        return tuple((name, self._channel(self._shown[name])) for name in shown)
+
     def _arguments(
         self, expressions: Iterable[Expression], number: int, values: dict[str, int]
     ) -> tuple[tuple[str, int], ...]:
@@ -203,7 +207,9 @@ class _Graph:
         if roots is None:
             return self._add_newton((number,), {number: name}, values)[name]
         arguments = self._arguments(roots, number, values)
-        return self._add(Node("solve", number, (name,), roots, arguments, gate, gate_arguments))
+        near = self._near((name,)) if len(roots) > 1 else ()
+        node = Node("solve", number, (name,), roots, arguments, gate, gate_arguments, near)
+        return self._add(node)
 
     def _add_loop(
         self, block: tuple[int, ...], solved: Mapping[int, str], values: dict[str, int]
@@ -240,6 +246,7 @@ class _Graph:
                 tuple(sorted(arguments.items())),
                 gate,
                 self._arguments(gates, block[0], known),
+                self._near(names),
             )
         )
         return {

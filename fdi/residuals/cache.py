@@ -107,9 +107,9 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
     system = bank.system
     _require(0 <= node.equation < len(system.equations))
     _require(all(name in system.variables for name in node.variables))
-    given = [bank.nodes[i].kind for _, i in (*node.arguments, *node.gate_arguments) if i < number]
-    _require(len(given) == len(node.arguments) + len(node.gate_arguments))
-    _require(all(i >= 0 for _, i in (*node.arguments, *node.gate_arguments)))
+    _require(all(0 <= i < number for i in node.reads))
+    given = [bank.nodes[i].kind for i in node.reads]
+    _require(all(bank.nodes[i].kind == "channel" for _, i in node.near))
     _require("residual" not in given and ("loop" not in given or node.kind == "part"))
     counts = (len(node.variables), len(node.expressions), len(node.arguments))
     match node.kind:
@@ -122,7 +122,7 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
         case "loop":
             _require(1 <= counts[0] == counts[1])
         case "part":
-            _require(counts == (1, 0, 1) and given == ["loop"])
+            _require(counts == (1, 0, 1) and given == ["loop"])  # no gate, nothing near
             _require(node.variables[0] in bank.nodes[node.arguments[0][1]].variables)
         case "derivative":
             _require(counts == (1, 0, 1) and node.arguments[0][0] in system.variables)

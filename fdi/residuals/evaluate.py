@@ -83,7 +83,6 @@ class Context:
     recipe: Differentiation
     constants: Mapping[str, Column]
     states: Mapping[str, Column]
-    shown: Mapping[str, Floats]
     step: float
     beginning: slice
     spreads: bool = True
@@ -124,7 +123,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             swing[row] = _root_sum(value.effects, "swing", size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
-        for used in {argument for _, argument in (*node.arguments, *node.gate_arguments)}:
+        for used in set(node.reads):
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
@@ -152,7 +151,6 @@ def context_of(
             "phase": state.phase,
             "step": np.float64(1.0 / signals.rate_hz),  # type: ignore[dict-item]
         },
-        _shown(system, signals),
         1.0 / signals.rate_hz,
         beginning_of(signals),
     )
@@ -169,11 +167,7 @@ def _response(value: Value, system: System) -> Floats:
 
 
 def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
-    return {
-        argument: number
-        for number, node in enumerate(nodes)
-        for _, argument in (*node.arguments, *node.gate_arguments)
-    }
+    return {used: number for number, node in enumerate(nodes) for used in node.reads}
 
 
 def _root_sum(effects: Effects, kind: str, size: int) -> Floats:
@@ -260,6 +254,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     )
     arguments = {name: done[i] for name, i in node.arguments}
     given = {name: value.column for name, value in arguments.items()}
+    near = _near(node, done, context)
 
     def compute(columns: Mapping[str, Column]) -> Floats:
         everything = {**context.constants, **columns}
@@ -269,7 +264,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         if len(roots) == 1:
             value = stacked[0]
         else:
-            value = _choose(_solving(stacked, node, everything, context), node, context)
+            value = _choose(_solving(stacked, node, everything, context), node, near, context)
         return wrap(value) if circular else value
 
     column = compute(given)
@@ -344,29 +339,21 @@ def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: 
     return kept
 
 
-def _choose(roots: Floats, node: Node, context: Context) -> Floats:
+def _choose(roots: Floats, node: Node, near: Floats, context: Context) -> Floats:
     variable = context.system.variables[node.variables[0]]
     low = -np.inf if variable.low is None else variable.low
     high = np.inf if variable.high is None else variable.high
     inside = np.where((roots >= low) & (roots <= high), roots, np.nan)
-    track: Floats = choose(inside[:, None, :], _near([variable.name], context))[0]
+    track: Floats = choose(inside[:, None, :], near)[0]
     return track
 
 
-def _near(names: Sequence[str], context: Context) -> Floats:
-    """Return what channels show of variables, (m, n), to tell several solutions apart."""
+def _near(node: Node, done: Mapping[int, Value], context: Context) -> Floats:
+    """Return what channels show of what a node gives, (m, n), to tell several solutions apart."""
     size = len(context.signals.t)
+    shown = {name: done[number].column for name, number in node.near}
     unknown = np.full(size, np.nan)
-    return np.array([context.shown.get(name, unknown) for name in names]).reshape(-1, size)
-
-
-def _shown(system: System, signals: Signals) -> dict[str, Floats]:
-    shown: dict[str, Floats] = {}
-    for equation in sorted(system.equations, key=lambda e: e.fault is not None):
-        if equation.measurement is not None:
-            column = signals.columns[equation.measurement.channel]
-            shown.setdefault(equation.measurement.variable, column)
-    return shown
+    return np.array([shown.get(name, unknown) for name in node.variables]).reshape(-1, size)
 
 
 def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Value:
@@ -430,10 +417,11 @@ def _changing(source: int, context: Context) -> float:
 def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     arguments = {name: done[i] for name, i in node.arguments}
     unknowns = [context.system.variables[name] for name in node.variables]
+    near = _near(node, done, context)
 
     def solve(columns: Mapping[str, Column]) -> list[Floats]:
         known = {**context.constants, **columns}
-        solution = solve_loop(node.expressions, unknowns, known, _near(node.variables, context))
+        solution = solve_loop(node.expressions, unknowns, known, near)
         return [np.broadcast_to(column, len(context.signals.t)).copy() for column in solution]
 
     given = {name: value.column for name, value in arguments.items()}

@@ -32,6 +32,7 @@ from fdi.model.parts import Kind, Measurement
 from fdi.residuals.bank import Bank, Generator
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import TIMING_SHARE, Context, Value, compute_node, context_of
+from fdi.residuals.reads import needed_for
 from fdi.telemetry import Channel, Log, Request, Sampling, Signals
 
 BLOCK_S: Final = 10.0
@@ -216,16 +217,8 @@ def _excess(compared: _Comparison, context: Context) -> Floats:
 
 
 def _residual(generator: Generator, context: Context) -> Floats:
-    needed: set[int] = set()
-    stack = [generator.node]
-    while stack:
-        number = stack.pop()
-        if number not in needed:
-            needed.add(number)
-            node = context.nodes[number]
-            stack.extend(argument for _, argument in (*node.arguments, *node.gate_arguments))
     done: dict[int, Value] = {}
-    for number in sorted(needed):
+    for number in needed_for(context.nodes, generator.node):
         done[number] = compute_node(context.nodes[number], done, context)
     return done[generator.node].column
 

@@ -34,6 +34,8 @@ class Node:
         Where the equations hold; elsewhere the value is unknown.
     gate_arguments : tuple of (str, int)
         Likewise for the gate.
+    near : tuple of (str, int)
+        The channels that show what it gives, to tell several solutions apart.
     """
 
     kind: NodeKind
@@ -43,3 +45,9 @@ class Node:
     arguments: tuple[tuple[str, int], ...] = ()
     gate: Expression | None = None
     gate_arguments: tuple[tuple[str, int], ...] = ()
+    near: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def reads(self) -> tuple[int, ...]:
+        """Return the nodes whose columns it is computed from."""
+        return tuple(number for _, number in (*self.arguments, *self.gate_arguments, *self.near))

@@ -26,12 +26,11 @@ Fault = Mapping[int, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """A piece of a flight with every node of the bank as the data are, and its arguments."""
+    """A piece of a flight with every node of the bank as the data are."""
 
     bank: Bank
     context: Context
     nodes: tuple[Value, ...]
-    arguments: tuple[tuple[int, ...], ...]
 
     @property
     def t(self) -> Floats:
@@ -54,11 +53,7 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     done: dict[int, Value] = {}
     for number, node in enumerate(bank.nodes):
         done[number] = compute_node(node, done, context)
-    arguments = tuple(
-        tuple(argument for _, argument in (*node.arguments, *node.gate_arguments))
-        for node in bank.nodes
-    )
-    return Stretch(bank, context, tuple(done.values()), arguments)
+    return Stretch(bank, context, tuple(done.values()))
 
 
 def respond(piece: Stretch, fault: Fault) -> Floats:
@@ -101,30 +96,18 @@ def reached(piece: Stretch, fault: Fault) -> dict[int, Floats]:
         for number, added in fault.items()
         if piece.bank.system.equations[number].measurement is not None
     }
-    context = replace(piece.context, added=channels, shown=_shown(piece, channels))
+    context = replace(piece.context, added=channels)
     done = dict(enumerate(piece.nodes))
     found: dict[int, Floats] = {}
     for number, node in enumerate(piece.bank.nodes):
         own = node.equation in fault
-        if own or not found.keys().isdisjoint(piece.arguments[number]):
+        if own or not found.keys().isdisjoint(node.reads):
             value = compute_node(node, done, context)
             if own and node.equation not in channels:
                 value = replace(value, column=value.column + fault[node.equation])
             done[number] = value
             found[number] = value.column
     return found
-
-
-def _shown(piece: Stretch, fault: Fault) -> Mapping[str, Floats]:
-    """Return what channels show of variables with the fault: it tells several roots apart."""
-    shown = dict(piece.context.shown)
-    for number, added in fault.items():
-        measurement = piece.bank.system.equations[number].measurement
-        assert measurement is not None
-        column = piece.context.signals.columns[measurement.channel]
-        if shown[measurement.variable] is column:
-            shown[measurement.variable] = column + added
-    return shown
 
 
 def _cut(signals: Signals, span: slice) -> Signals:

@@ -15,8 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from fdi.errors import ModelError
-from fdi.structure.incidence import Fault, Model
+from fdi.errors import ModelError, UsageError
+from fdi.structure.incidence import Fault, Model, place_of
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -301,7 +301,8 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
     Parameters
     ----------
     definition : mapping
-        With ``type`` "VarStruc" (``rels`` are lists of names), "Symbolic" (``rels`` are sympy
+        With ``type`` "VarStruc" (``rels`` are lists of names or symbols, or of indices: of ``x``,
+        then ``f``, then ``z`` and ``parameters``), "Symbolic" (``rels`` are sympy
         expressions) or "MatrixStruc" (``X`` and ``F`` are matrices, entries 2 and 3 of ``X`` mark
         state and derivative), and ``x``, ``f``, ``z``, ``parameters``. A differential constraint
         among ``rels`` is ``[derivative, state, "diff"]``, the result of its ``DiffConstraint``.
@@ -315,9 +316,11 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
 
     Raises
     ------
+    UsageError
+        When this is no definition.
     ModelError
-        When the type is none of these, a name is in none of the lists, a differential constraint
-        is not about two unknowns, or the model is wrong.
+        When the type is none of these, a name is in none of the lists, a relation is none, a
+        differential constraint is not about two unknowns, or the model is wrong.
 
     References
     ----------
@@ -331,6 +334,11 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
     >>> model.rows, model.derivative
     (((1,), (0,), (0, 1)), ((2, 0, 'i'), (2, 1, 'd')))
     """
+    if not isinstance(definition, Mapping):
+        raise UsageError(
+            f"a {type(definition).__name__} is no model definition",
+            hint="give the mapping that DiagnosisModel takes",
+        )
     kind = definition.get("type")
     if kind == "MatrixStruc":
         return _from_matrices(definition, name)
@@ -347,6 +355,7 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
         if len(seen) < len(lists[key]):
             raise ModelError(f"a name occurs more than once in {key!r}", where=name)
     other = {*lists["z"], *lists["parameters"]}
+    every = [label for labels in lists.values() for label in labels]
     for e, relation in enumerate(definition["rels"]):
         label = f"e{e + 1}"
         if isinstance(relation, list | tuple) and len(relation) == 3 and relation[2] == "diff":
@@ -361,9 +370,7 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
             continue
         outline.equations.append(label)
         outline.rows.append([])
-        if not isinstance(relation, list | tuple):
-            relation = sorted(map(str, relation.free_symbols))
-        for variable in relation:
+        for variable in _names_in(relation, label, every):
             if variable in outline.unknowns:
                 outline.rows[-1].append(outline.unknowns[variable])
             elif variable in faults:
@@ -373,9 +380,23 @@ def from_toolbox(definition: Mapping[str, Any], name: str = "") -> Model:
     return outline.model(faults, name)
 
 
+def _names_in(relation: Any, label: str, every: Sequence[str]) -> list[str]:
+    """Return the names of the variables in a relation."""
+    if hasattr(relation, "free_symbols"):
+        return sorted(map(str, relation.free_symbols))
+    if not isinstance(relation, list | tuple):
+        raise ModelError(f"{relation!r} is no relation: neither list nor expression", where=label)
+    return [
+        every[place_of(entry, every, "variable")] if isinstance(entry, int) else str(entry)
+        for entry in relation
+    ]
+
+
 def _from_matrices(definition: Mapping[str, Any], name: str) -> Model:
     import numpy as np
 
+    if "X" not in definition:
+        raise ModelError("the definition has no 'X'", where=name)
     entries = np.asarray(definition["X"])
     model = Model.from_matrix(
         entries,
@@ -383,8 +404,15 @@ def _from_matrices(definition: Mapping[str, Any], name: str) -> Model:
         unknowns=definition.get("x") or [f"x{i}" for i in range(1, entries.shape[1] + 1)],
         name=name,
     )
-    enters = np.asarray(definition.get("F", ())).reshape(len(entries), -1)
+    enters = np.asarray(definition.get("F", ()))
+    if enters.ndim < 2:  # no fault, or one
+        enters = enters.reshape(-1, 1) if enters.size else np.empty((len(entries), 0))
     labels = definition.get("f") or [f"f{i}" for i in range(1, enters.shape[1] + 1)]
+    if enters.shape != (len(entries), len(labels)):
+        raise ModelError(
+            f"F has the shape {enters.shape}, of {len(entries)} equations and {len(labels)} faults",
+            where=name,
+        )
     faults = (
         Fault(label, tuple(np.flatnonzero(enters[:, k]).tolist())) for k, label in enumerate(labels)
     )

@@ -20,7 +20,7 @@ from enum import Enum
 from fdi.errors import UsageError
 from fdi.structure.causality import causally_overdetermined, require_causality
 from fdi.structure.decomposition import underdetermined
-from fdi.structure.incidence import Fault, Model, Rows
+from fdi.structure.incidence import Fault, Model, Rows, place_of
 from fdi.structure.matching import match
 from fdi.structure.placement import add_sensors
 
@@ -157,10 +157,7 @@ def why(model: Model, fault: str, other: str = "", causality: str = "mixed") -> 
 
 
 def _fault(model: Model, name: str) -> Fault:
-    for fault in model.faults:
-        if fault.name == name:
-            return fault
-    raise UsageError(f"the model has no fault {name!r}")
+    return model.faults[place_of(name, [fault.name for fault in model.faults], "fault")]
 
 
 def _follow(rows: Rows, equation_of: list[int], start: list[int]) -> list[int]:

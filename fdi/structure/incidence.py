@@ -13,6 +13,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -396,6 +397,84 @@ def _faults(faults: Mapping[str, int | Iterable[int]] | Iterable[Fault]) -> tupl
         Fault(name, (where,) if isinstance(where, int) else tuple(where))
         for name, where in faults.items()
     )
+
+
+def place_of(value: int | str, labels: Sequence[str], what: str) -> int:
+    """Return the index that an index or a label stands for.
+
+    Parameters
+    ----------
+    value : int or str
+    labels : sequence of str
+    what : str
+        Of what these are the labels, for the message.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    UsageError
+        When there is no such label, or the index is none of theirs.
+
+    References
+    ----------
+    Krysander, Åslund, Nyberg, IEEE Trans. SMC-A 38(1), 2008, section II (equations, unknowns and
+    faults of a structural model).
+
+    Examples
+    --------
+    >>> place_of("y", ["x", "y"], "unknown"), place_of(0, ["x", "y"], "unknown")
+    (1, 0)
+    >>> place_of("z", ["x", "y"], "unknown")
+    Traceback (most recent call last):
+    fdi.errors.UsageError: the model has no unknown 'z' (there are x, y)
+    """
+    if isinstance(value, str):
+        if value not in labels:
+            most = ", ".join(get_close_matches(value, labels, 3) or labels[:5])
+            raise UsageError(f"the model has no {what} {value!r}", hint=f"there are {most}")
+        return labels.index(value)
+    try:
+        place = operator.index(value)
+    except TypeError:
+        raise UsageError(f"{value!r} is neither index nor name of a {what}") from None
+    if isinstance(value, bool) or not 0 <= place < len(labels):
+        raise UsageError(f"{what} {value} of {len(labels)} {what}s does not exist")
+    return place
+
+
+def places_of(values: Iterable[int | str], labels: Sequence[str], what: str) -> list[int]:
+    """Return the indices that several indices or labels stand for; see :func:`place_of`.
+
+    Parameters
+    ----------
+    values : iterable of int or str
+    labels, what
+        As of :func:`place_of`.
+
+    Returns
+    -------
+    list of int
+
+    Raises
+    ------
+    UsageError
+        When there is no such label or index, or a single label stands for the whole iterable.
+
+    References
+    ----------
+    As :func:`place_of`.
+
+    Examples
+    --------
+    >>> places_of([1, "x"], ["x", "y"], "unknown")
+    [1, 0]
+    """
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise UsageError(f"{values!r} is no list of {what}s", hint=f"write [{values!r}]")
+    return [place_of(value, labels, what) for value in values]
 
 
 def _integer(value: Any, what: str) -> int:

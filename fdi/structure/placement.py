@@ -10,25 +10,31 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 
 from fdi.errors import UsageError
 from fdi.structure.additions import Counts, Reach, Wish, gained, minimal_additions, reach
-from fdi.structure.incidence import Fault, Model
+from fdi.structure.incidence import Fault, Model, place_of, places_of
 
 GOALS = ("detectability", "isolability")
+U = "unknown"
+Wanted = int | str | tuple[int | str, int | str]
+"""A fault, or two of which the first is to be told from the second, by index or name."""
 
 
-def add_sensors(model: Model, unknowns: Iterable[int], faulty: Iterable[int] = ()) -> Model:
+def add_sensors(
+    model: Model, unknowns: Iterable[int | str], faulty: Iterable[int | str] = ()
+) -> Model:
     """Return the model with one more equation for each measured unknown.
 
     Parameters
     ----------
     model : Model
-    unknowns : iterable of int
-        Indices into ``model.unknowns``; repeats are further sensors.
-    faulty : iterable of int
+    unknowns : iterable of int or str
+        Names or indices of ``model.unknowns``; repeats are further sensors.
+    faulty : iterable of int or str
         Unknowns whose new sensors may fail: each brings a fault of its own.
 
     Returns
@@ -52,9 +58,8 @@ def add_sensors(model: Model, unknowns: Iterable[int], faulty: Iterable[int] = (
     ('e0', 'sensor of x1')
     """
     labels, rows, faults = list(model.equations), list(model.rows), list(model.faults)
-    failing = set(faulty)
-    for unknown in unknowns:
-        _require_unknown(model, unknown)
+    failing = set(places_of(faulty, model.unknowns, U))
+    for unknown in places_of(unknowns, model.unknowns, U):
         base = label = f"sensor of {model.unknowns[unknown]}"
         number = 2
         while label in labels:
@@ -68,11 +73,11 @@ def add_sensors(model: Model, unknowns: Iterable[int], faulty: Iterable[int] = (
 
 def place_sensors(
     model: Model,
-    candidates: Iterable[int] | None = None,
+    candidates: Iterable[int | str] | None = None,
     *,
-    goal: str | Iterable[str | tuple[str, str]] = "isolability",
-    costs: Mapping[int, float] | None = None,
-    faulty: Iterable[int] = (),
+    goal: str | Iterable[Wanted] = "isolability",
+    costs: Mapping[int | str, float] | None = None,
+    faulty: Iterable[int | str] = (),
     limit: int = 10_000,
 ) -> tuple[tuple[int, ...], ...]:
     """Return all minimal sets of added sensors that reach what is wanted.
@@ -80,16 +85,16 @@ def place_sensors(
     Parameters
     ----------
     model : Model
-    candidates : iterable of int, optional
-        Unknowns that a sensor could measure; by default all.
+    candidates : iterable of int or str, optional
+        Unknowns that a sensor could measure, by index or name; by default all.
     goal : {"isolability", "detectability"} or iterable
         "detectability": every fault that all candidates together make detectable. "isolability":
-        these and every pair that they make isolable, in mixed causality. Or single wishes: the name
-        of a fault that shall be detectable, or (name, other name), the first to be isolable from
-        the second.
+        these and every pair that they make isolable, in mixed causality. Or single wishes: a fault
+        that shall be detectable, or (fault, other), the first to be isolable from the second, by
+        index or name.
     costs : mapping of unknown to float, optional
         Finite, not negative; 1 where an unknown is not named.
-    faulty : iterable of int
+    faulty : iterable of int or str
         Candidates whose sensors may fail. Such a sensor brings a fault of its own, which has to be
         detectable and, unless the goal is detectability, isolable from all others and they from it,
         as far as that can be reached at all; for this its unknown may be measured twice.
@@ -131,15 +136,16 @@ def place_sensors(
     >>> place_sensors(Model.from_matrix([[1]], faults={"f": 0}), faulty=[0])
     ((0, 0),)
     """
-    chosen = sorted(set(range(len(model.unknowns)) if candidates is None else candidates))
-    failing = set(faulty)
-    for unknown in (*chosen, *failing):
-        _require_unknown(model, unknown)
+    labels = model.unknowns
+    everything = range(len(labels))
+    chosen = sorted(set(places_of(everything if candidates is None else candidates, labels, U)))
+    failing = set(places_of(faulty, labels, U))
     if stray := failing.difference(chosen):
         raise UsageError(f"{model.unknowns[min(stray)]} may fail but is no candidate")
-    price = {unknown: (costs or {}).get(unknown, 1.0) for unknown in chosen}
+    stated = {place_of(unknown, labels, U): cost for unknown, cost in (costs or {}).items()}
+    price = {unknown: stated.get(unknown, 1.0) for unknown in chosen}
     for unknown, cost in price.items():
-        if not (math.isfinite(cost) and cost >= 0):
+        if not (isinstance(cost, Real) and math.isfinite(cost) and cost >= 0):
             raise UsageError(f"{model.unknowns[unknown]}: cost is {cost}, must be finite, not < 0")
     most = tuple(2 if unknown in failing else 1 for unknown in chosen)
 
@@ -153,15 +159,15 @@ def place_sensors(
 
 
 def sensor_gains(
-    model: Model, candidates: Iterable[int] | None = None
+    model: Model, candidates: Iterable[int | str] | None = None
 ) -> dict[int, tuple[tuple[str, ...], tuple[Wish, ...]]]:
     """Return what each single sensor, free of faults, would add.
 
     Parameters
     ----------
     model : Model
-    candidates : iterable of int, optional
-        Unknowns that a sensor could measure; by default all.
+    candidates : iterable of int or str, optional
+        Unknowns that a sensor could measure, by index or name; by default all.
 
     Returns
     -------
@@ -185,7 +191,8 @@ def sensor_gains(
     """
     before = reach(model)
     found = {}
-    for unknown in range(len(model.unknowns)) if candidates is None else candidates:
+    everything = range(len(model.unknowns))
+    for unknown in places_of(everything if candidates is None else candidates, model.unknowns, U):
         gain = gained(before, reach(add_sensors(model, [unknown])))
         if any(gain):
             found[unknown] = gain
@@ -196,7 +203,7 @@ def _sensors(chosen: list[int], counts: Counts) -> tuple[int, ...]:
     return tuple(u for u, n in zip(chosen, counts, strict=True) for _ in range(n))
 
 
-def _wanted(best: Reach, n_own: int, goal: str | Iterable[str | tuple[str, str]]) -> Reach:
+def _wanted(best: Reach, n_own: int, goal: str | Iterable[Wanted]) -> Reach:
     """Return what a goal asks for, of the best that there is; the model's own faults come first."""
     if goal == "isolability":
         return best
@@ -206,19 +213,16 @@ def _wanted(best: Reach, n_own: int, goal: str | Iterable[str | tuple[str, str]]
         raise UsageError(f"goal {goal!r} is none of {', '.join(GOALS)}")
     seen, told = best.seen.copy(), best.told.copy()
     seen[:n_own], told[:n_own, :n_own] = False, False
+    if not isinstance(goal, Iterable):
+        raise UsageError(f"goal {goal!r} is none of {', '.join(GOALS)}, and no list of faults")
     for wish in goal:
-        name, other = (wish, "") if isinstance(wish, str) else wish
-        for known in filter(None, (name, other)):
-            if known not in best.names[:n_own]:
-                raise UsageError(f"the model has no fault {known!r}")
-        i = best.names.index(name)
-        if other:
-            told[i, best.names.index(other)] = True
-        else:
-            seen[i] = True
+        pair = wish if isinstance(wish, tuple | list) else (wish,)
+        places = [place_of(fault, best.names[:n_own], "fault") for fault in pair]
+        match places:
+            case [own]:
+                seen[own] = True
+            case [own, other]:
+                told[own, other] = True
+            case _:
+                raise UsageError(f"{wish!r} is neither a fault nor a pair of faults")
     return replace(best, seen=seen, told=told)
-
-
-def _require_unknown(model: Model, unknown: int) -> None:
-    if not 0 <= unknown < len(model.unknowns):
-        raise UsageError(f"unknown {unknown} of {len(model.unknowns)} unknowns does not exist")

@@ -24,11 +24,10 @@ from typing import Final
 
 import numpy as np
 
-from fdi.errors import UsageError
 from fdi.structure.computation import LeftOver, Rules
 from fdi.structure.cover import cover, greedily
 from fdi.structure.finder import Finder
-from fdi.structure.incidence import Model, bitset, members
+from fdi.structure.incidence import Model, bitset, members, place_of
 from fdi.structure.isolability import Mask
 from fdi.structure.purposes import Purposes, purposes
 
@@ -180,17 +179,21 @@ def select_tests(
 
 
 def find_test(
-    model: Model, fault: int, without: int | None = None, *, rules: Rules | None = None
+    model: Model,
+    fault: int | str,
+    without: int | str | None = None,
+    *,
+    rules: Rules | None = None,
 ) -> Test | None:
     """Return a cheap test that reacts to one fault and not to another.
 
     Parameters
     ----------
     model : Model
-    fault : int
-        Index of the fault to react to.
-    without : int, optional
-        Index of the fault not to react to.
+    fault : int or str
+        Index or name of the fault to react to.
+    without : int or str, optional
+        Index or name of the fault not to react to.
     rules : Rules, optional
         Which matchings are valid and what equations cost; by default all are, and 1.
 
@@ -221,6 +224,8 @@ def find_test(
     >>> model = Model.from_matrix([[1, 0], [1, 1], [0, 1], [0, 1]], faults={"f": 0, "g": 2})
     >>> members(find_test(model, 0, 1).equations)
     (0, 1, 3)
+    >>> find_test(model, "f", "g") == find_test(model, 0, 1)
+    True
     """
     wanted = _equations(model, fault)
     avoided = () if without is None else _equations(model, without)
@@ -451,7 +456,5 @@ def _listed(finder: Finder, wanted: Sequence[int], avoided: Sequence[int]) -> Le
     return next((left for left in checked if left is not None), None)
 
 
-def _equations(model: Model, fault: int) -> tuple[int, ...]:
-    if not 0 <= fault < len(model.faults):
-        raise UsageError(f"fault {fault} is not in 0..{len(model.faults) - 1}")
-    return model.faults[fault].equations
+def _equations(model: Model, fault: int | str) -> tuple[int, ...]:
+    return model.faults[place_of(fault, [f.name for f in model.faults], "fault")].equations

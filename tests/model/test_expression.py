@@ -68,6 +68,8 @@ HOSTILE = {
     "atan2(x)": "takes 2 arguments",
     "9**9**9**9": "exponent",
     "x**y": "exponent must be a number",
+    "v_n^2": r"use '\*\*'",
+    "sqrt(v_n^2 + v_e**2)": r"use '\*\*'",
     "x**9": "beyond 8",
     "x**-9": "beyond 8",
     "x**(1/0)": "division by zero|exponent",

@@ -1,5 +1,7 @@
 """Model files: what a good one gives, and that a bad one is told everything at once."""
 
+import hashlib
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +11,7 @@ import pytest
 from fdi.errors import ModelError
 from fdi.model import load_airframe, shipped_models
 from fdi.model.choose import vehicles_of
-from fdi.model.load import find_model
+from fdi.model.load import find_model, models_folder
 from fdi.model.yaml import read_document
 
 GOOD = """format: 1
@@ -216,6 +218,135 @@ def test_what_a_file_may_include_is_bounded(target, message, tmp_path):
     assert len(found) == 1
     assert message in found[0]
     assert found[0].startswith(("m.yaml:3: ", "circle.yaml:3: "))
+
+
+def accuracy(airframe):
+    (found,) = (m.accuracy for m in airframe.measurements if str(m.channel) == "GPS_RAW_INT.lat")
+    return found
+
+
+def copied(folder):
+    """A copy of the shipped models in which one shared file has another accuracy."""
+    mine = folder / "mine"
+    shutil.copytree(models_folder(), mine)
+    file = mine / "shared" / "position.yaml"
+    text = file.read_text(encoding="utf-8")
+    assert "variable: latitude, accuracy: 2e-7" in text
+    file.write_text(text.replace("latitude, accuracy: 2e-7", "latitude, accuracy: 4e-7"))
+    return mine
+
+
+def test_an_edit_in_a_copied_folder_of_models_has_its_effect(tmp_path):
+    """It was ignored: a shared file that includes another took the shipped one."""
+    shipped, mine = load_airframe("quadcopter"), copied(tmp_path) / "quadcopter.yaml"
+    edited = load_airframe(mine)
+    assert accuracy(edited) == 2 * accuracy(shipped) == pytest.approx(4e-7)
+    assert edited.sha256 != shipped.sha256
+    again = mine.parent / "shared" / "position.yaml"
+    again.write_text(again.read_text().replace("accuracy: 4e-7", "accuracy: 5e-7"))
+    assert accuracy(load_airframe(mine)) == pytest.approx(5e-7)  # what was kept no longer holds
+
+
+def test_every_file_that_was_read_is_told_with_its_checksum(tmp_path):
+    mine = copied(tmp_path)
+    (mine / "shared" / "health.yaml").unlink()
+    files = {file.name: file for file in load_airframe(mine / "quadcopter.yaml").files}
+    assert len(files) == len(load_airframe("quadcopter").files) > 5
+    for name, file in files.items():
+        folder = models_folder() if file.shipped else mine
+        assert file.sha256 == hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    assert [name for name, file in files.items() if file.shipped] == ["shared/health.yaml"]
+
+
+EXTENDING = "format: 1\nname: n\nextends: b\nremove: {remove}\nvariables:\n  y: {{unit: s}}\n"
+WHOLE = """format: 1
+name: b
+components:
+  wheel: {group: propulsion}
+variables:
+  y: {unit: m}
+  z: {unit: m}
+equations:
+  k_1: y = 3
+  k_2: z = 4
+measurements:
+  VFR_HUD:
+    fields:
+      alt: {variable: z}
+      climb: {variable: y, raw: true}
+  RANGEFINDER:
+    fields:
+      distance: {variable: z}
+"""
+
+
+def names(airframe):
+    return {e.name for e in airframe.equations} | {str(m.channel) for m in airframe.measurements}
+
+
+@pytest.mark.parametrize(
+    ("remove", "gone"),
+    [
+        ("{equations: [k_2]}", {"k_2"}),
+        ("{equations: [k_2], measurements: [RANGEFINDER]}", {"k_2", "RANGEFINDER.distance"}),
+        ("{measurements: [VFR_HUD.alt]}", {"VFR_HUD.alt"}),
+        ("{components: [wheel]}", set()),
+        (
+            "{variables: [z], equations: [k_2], measurements: [VFR_HUD.alt, RANGEFINDER]}",
+            {"k_2", "VFR_HUD.alt", "RANGEFINDER.distance"},
+        ),
+    ],
+)
+def test_a_model_that_extends_another_may_remove_what_that_defines(remove, gone, tmp_path):
+    whole = load_airframe(write(tmp_path, WHOLE, "b.yaml"))
+    text = EXTENDING.format(remove=remove).partition("variables:\n  y")[0]
+    airframe = load_airframe(write(tmp_path, text, "n.yaml"))
+    assert names(airframe) == names(whole) - gone
+    assert ("wheel" in airframe.components) == ("wheel" not in remove)
+    assert ("z" in airframe.variables) == ("z" not in remove)
+
+
+@pytest.mark.parametrize(
+    ("remove", "message"),
+    [
+        ("{equations: [k_1, k_9]}", "n.yaml:4: remove: no 'k_9' in equations: 'b' has none"),
+        ("{measurements: [VFR_HUD.speed]}", "no 'VFR_HUD.speed' in measurements"),
+        ("{inputs: [RANGEFINDER]}", "no 'RANGEFINDER' in inputs"),
+        ("{equatoins: [k_1]}", "nothing to remove from; there are components, variables"),
+    ],
+)
+def test_removing_what_is_not_there_is_told_with_its_line(remove, message, tmp_path):
+    write(tmp_path, WHOLE, "b.yaml")
+    found = problems(tmp_path, EXTENDING.format(remove=remove), "n.yaml")
+    assert any(message in problem for problem in found)
+    assert all(problem.startswith("n.yaml:") for problem in found[:1])
+
+
+def test_removing_needs_a_model_that_is_extended(tmp_path):
+    write(tmp_path, WHOLE, "b.yaml")
+    text = with_line(GOOD, "include: [b.yaml]\nremove: {equations: [k_2]}")
+    assert any("no 'k_2' in equations: nothing is extended" in p for p in problems(tmp_path, text))
+
+
+@pytest.mark.parametrize("kind", ["component", "message", "field"])
+def test_an_unknown_group_is_told_what_there_is(kind, tmp_path):
+    changes = {
+        "component": ("parameters:", "components:\n  wheel: {group: sensors}\nparameters:"),
+        "message": ("    latency: 200 ms", "    group: sensors"),
+        "field": ("group: navigation", "group: sensors"),
+    }
+    (found,) = problems(tmp_path, GOOD.replace(*changes[kind]))
+    assert "no group 'sensors'; there are sensor, navigation" in found
+
+
+def test_a_channel_has_one_accuracy_however_many_variables_it_shows(tmp_path):
+    """An airspeed was known to 0.3 m/s as an input and to 1 m/s as a measurement."""
+    variables = GOOD.replace("parameters:", "  w: {unit: m/s}\nparameters:")
+    inputs = "inputs:\n  VFR_HUD:\n    latency: 0.2 s\n    fields:\n      groundspeed: "
+    wrong = variables + inputs + "{variable: w, accuracy: 1 m/s}\n"
+    (found,) = problems(tmp_path, wrong)
+    assert "VFR_HUD.groundspeed has another accuracy at m.yaml:" in found
+    load_airframe(write(tmp_path, wrong.replace("accuracy: 1 m/s", "accuracy: 10 m/s")))
 
 
 def test_a_problem_in_an_included_file_names_that_file(tmp_path):

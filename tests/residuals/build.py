@@ -8,7 +8,7 @@ GLIDER = """
 format: 1
 name: glider
 components:
-  gps: {group: sensors}
+  gps: {group: sensor}
 variables:
   v_n: {unit: m/s}
   v_e: {unit: m/s}

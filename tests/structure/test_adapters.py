@@ -6,7 +6,7 @@ import sympy as sp
 from hypothesis import given
 from scipy.sparse import coo_array, csc_array
 
-from fdi.errors import ModelError
+from fdi.errors import ModelError, UsageError
 from fdi.structure import Model, load_reference, mso_sets
 from fdi.structure.adapters import (
     from_networkx,
@@ -200,6 +200,35 @@ def test_wrong_definitions_are_refused():
             from_toolbox({**good, **change})
     with pytest.raises(ModelError, match="has no 'rels'"):
         from_toolbox({"type": "VarStruc", "x": []})
+
+
+def test_relations_may_hold_symbols_and_indices():
+    names = {"type": "VarStruc", "x": ["a", "b"], "f": ["f"], "z": ["y"], "parameters": ["c"]}
+    expected = from_toolbox({**names, "rels": [["a", "b", "f"], ["b", "y", "c"]]})
+    a, b, f, y, c = sp.symbols("a b f y c")
+    for relations in ([[a, b, f], [b, y, c]], [[0, 1, 2], [1, 3, 4]], [["a", 1, f], [b, 3, "c"]]):
+        found = from_toolbox({**names, "rels": relations})
+        assert (found.rows, found.faults) == (expected.rows, expected.faults)
+    with pytest.raises(UsageError, match="variable 5 of 5 variables does not exist"):
+        from_toolbox({**names, "rels": [[5]]})
+
+
+@pytest.mark.parametrize("wrong", [None, "tanks.json", [["a", "f"]], Model.from_matrix([[1]])])
+def test_what_is_no_definition_is_refused(wrong):
+    with pytest.raises(UsageError, match="is no model definition"):
+        from_toolbox(wrong)
+
+
+def test_wrong_matrices_and_relations_are_refused():
+    matrices = {"type": "MatrixStruc", "X": [[1, 0], [1, 1]], "F": [[1], [0]]}
+    assert from_toolbox(matrices).faults[0].equations == (0,)
+    for change in ({"F": [[1, 0]]}, {"f": ["f", "g"]}, {"F": 1}):
+        with pytest.raises(ModelError, match="F has the shape"):
+            from_toolbox({**matrices, **change})
+    with pytest.raises(ModelError, match="has no 'X'"):
+        from_toolbox({"type": "MatrixStruc"})
+    with pytest.raises(ModelError, match="e1: 'a' is no relation"):
+        from_toolbox({"type": "VarStruc", "x": ["a"], "rels": ["a"]})
 
 
 def test_a_symbolic_definition_has_the_structure_of_its_expressions():

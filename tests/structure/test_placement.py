@@ -113,6 +113,31 @@ def test_wrong_arguments_are_refused():
     for cost in (float("nan"), float("inf"), -1.0):
         with pytest.raises(UsageError, match="x0: cost is"):
             place_sensors(model, costs={0: cost})
+    with pytest.raises(UsageError, match="x0: cost is"):
+        place_sensors(model, costs={0: "cheap"})
+    for wrong in ("x0", 1, ["x9"], [0.5], [None], [True]):
+        for place in (
+            lambda: place_sensors(model, wrong),  # noqa: B023
+            lambda: place_sensors(model, faulty=wrong),  # noqa: B023
+            lambda: sensor_gains(model, wrong),  # noqa: B023
+            lambda: add_sensors(model, wrong),  # noqa: B023
+        ):
+            with pytest.raises(UsageError, match=r"no unknown|no list|neither index|does not"):
+                place()
+    for goal in (3, [("f", "g", "f")], [2.5]):
+        with pytest.raises(UsageError):
+            place_sensors(model, goal=goal)
+
+
+def test_names_stand_for_indices():
+    model = Model.from_matrix([[1, 0], [1, 1], [0, 1]], faults={"f": 0, "g": 2})
+    assert place_sensors(model, ["x0"]) == place_sensors(model, [0]) != ()
+    assert place_sensors(model, costs={"x0": 5}) == place_sensors(model, costs={0: 5})
+    assert place_sensors(model, faulty=["x1"]) == place_sensors(model, faulty=[1])
+    assert place_sensors(model, goal=[(0, 1)]) == place_sensors(model, goal=[("f", "g")])
+    assert sensor_gains(model, ["x1"]) == sensor_gains(model, [1])
+    named, numbered = add_sensors(model, ["x1"], ["x1"]), add_sensors(model, [1], [1])
+    assert (named.rows, named.faults) == (numbered.rows, numbered.faults)
 
 
 def test_a_search_beyond_the_limit_is_refused():

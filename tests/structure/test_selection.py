@@ -169,15 +169,24 @@ def test_a_loop_is_found_although_a_sensor_could_be_used_first():
     assert members(test.equations) == (1, 2, 3)
 
 
+def test_names_stand_for_indices():
+    model = Model.from_matrix([[1, 0], [1, 1], [0, 1], [0, 1]], faults={"f": 0, "g": 2})
+    assert find_test(model, "f") == find_test(model, 0)
+    assert find_test(model, "f", "g") == find_test(model, 0, 1) == find_test(model, "f", 1)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda model: find_test(model, 5), r"fault 5 is not in 0..1"),
-        (lambda model: find_test(model, 0, -1), r"fault -1 is not in 0..1"),
+        (lambda model: find_test(model, 5), r"fault 5 of 2 faults does not exist"),
+        (lambda model: find_test(model, 0, -1), r"fault -1 of 2 faults does not exist"),
+        (lambda model: find_test(model, "h"), r"the model has no fault 'h' \(there are f, g\)"),
+        (lambda model: find_test(model, "f", 1.5), r"1.5 is neither index nor name of a fault"),
+        (lambda model: find_test(model, None), r"None is neither index nor name of a fault"),
         (lambda model: select_tests(model, assumptions=[7]), r"equation 7 is not in 0..2"),
     ],
 )
-def test_unknown_indices_are_refused(call, message):
+def test_what_is_no_fault_or_equation_is_refused(call, message):
     model = Model.from_matrix([[1], [1], [1]], faults={"f": 0, "g": 1})
     with pytest.raises(UsageError, match=message):
         call(model)
