@@ -19,8 +19,8 @@ from fdi.model.observe import (
     relation_equation,
     request_of,
     usable,
-    value_of,
 )
+from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, Parameter, Variable
 from fdi.model.system import System
 from fdi.telemetry import Copy, Log, Request
@@ -95,7 +95,9 @@ class Airframe:
         measurements = witnesses(present, self.measurements, copies)
         present = witnesses(present, present, copies)
         relations = [equation for equation in self.equations if equation.name not in implied]
+        relations, told = without_unset(relations, self.parameters, log)
         relations, curtailed = usable(relations, measurements, present, log, warnings)
+        warnings += [*told, *assumptions(self.parameters, relations, present, log)]
         equations = [relation_equation(e, self.variables) for e in relations]
         equations += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in equations for name in equation.edges}

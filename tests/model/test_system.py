@@ -58,6 +58,7 @@ def stub_log(messages, parameters=None, units=UNITS):
 
     class StubLog(dict):
         name = "stub.tlog"
+        autopilot = "other"
 
     log = StubLog(table)
     log.parameters = parameters or {}
