@@ -147,8 +147,8 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
     """Yield what the model does not know of this vehicle."""
     if chosen and is_general(airframe.name):
         yield (
-            f"no shipped model is made for a vehicle of type {log.vehicle}: {airframe.name} knows "
-            "what all have in common, no motors, engine or control surfaces"
+            f"no shipped model is made for a vehicle of type {log.frame or log.vehicle}: "
+            f"{airframe.name} knows what all have in common, no motors, engine or control surfaces"
         )
     fitting = made_for(airframe.name)
     if fitting and not is_general(airframe.name) and log.vehicle not in fitting:

@@ -13,6 +13,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
 - ``dimensions.py``: units
 - ``observe.py``, ``system.py``: what holds with one log, part by part, and as a value
+- ``parameters.py``: which values the parameters of a model have with a log, and what was assumed
 - ``copied.py``: which channels bring nothing, because another one says the same
 - ``world.py``: what is known of the place and day of a flight
 - ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are

@@ -20,8 +20,8 @@ from fdi.model.observe import (
     relation_equation,
     request_of,
     usable,
-    value_of,
 )
+from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
 from fdi.model.system import System
 from fdi.telemetry import Copy, Log, Request
@@ -107,9 +107,11 @@ class Airframe:
         measurements = witnesses(present, self.measurements, copies)
         present = witnesses(present, present, copies)
         relations = [equation for equation in equations if equation.name not in implied]
+        relations, told = without_unset(relations, self.parameters, log)
         relations, curtailed = usable(
             relations, measurements, present, self.components, log, warnings
         )
+        warnings += [*told, *assumptions(self.parameters, relations, present, log)]
         holding = [relation_equation(e, self.variables) for e in relations]
         holding += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in holding for name in equation.edges}

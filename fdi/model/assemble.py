@@ -8,7 +8,7 @@ fault that two equations bring, an expression that is not one.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
@@ -35,6 +35,7 @@ from fdi.model.parts import (
     Kind,
     Measurement,
     Parameter,
+    Source,
     Variable,
 )
 from fdi.telemetry import Channel
@@ -42,7 +43,7 @@ from fdi.units import si_units
 
 if TYPE_CHECKING:
     from fdi.model.definitions import Definition, Definitions
-    from fdi.model.schema import AirframeFile
+    from fdi.model.schema import AirframeFile, LogParameter
 
 
 STILL: Final = ":still"
@@ -184,20 +185,24 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
         draft.units[name] = None
         draft.units[name] = dimension(entry.unit)
         value = entry.value if entry.identify is None else entry.identify.prior
-        if value is None:
-            raise ModelError("has neither a value nor anything to identify")
-        names = entry.log.name if entry.log else []
+        if value is None and not entry.log:
+            raise ModelError("has neither a value nor anything to identify, nor is it in the log")
         return Parameter(
             name,
             value,
             entry.unit,
             entry.source,
-            (names,) if isinstance(names, str) else tuple(names),
-            entry.log.scale if entry.log else 1.0,
+            tuple(_sources(entry.log)),
             entry.identify.bounds if entry.identify else None,
             entry.world,
         )
     return None
+
+
+def _sources(entries: Iterable[LogParameter]) -> Iterator[Source]:
+    for one in entries:
+        for name in [one.name] if isinstance(one.name, str) else one.name:
+            yield Source(name, one.scale, tuple(one.unset), one.autopilot, tuple(one.unless))
 
 
 def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> Equation | None:

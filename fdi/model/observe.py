@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
-from math import isclose, nan
+from math import isclose
 from typing import Any, Final
 
 import numpy as np
@@ -35,7 +35,6 @@ from fdi.model.parts import (
     fields_of,
 )
 from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
-from fdi.model.world import world_value
 from fdi.telemetry import Log, Request
 
 _STATED: Final = tuple(
@@ -266,17 +265,3 @@ def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], N
 
 def _hold(condition: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[np.bool_]]:
     return lambda columns: holds(condition, columns)
-
-
-def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
-    """Return the value that a parameter has with a log."""
-    for name in parameter.log_names if log else ():
-        assert log is not None
-        if name in log.parameters:
-            value = log.parameters[name] * parameter.log_scale
-            return ParameterValue(value, parameter.unit, "log")
-    if parameter.world and log:
-        # A default would be wrong nearly everywhere: what the place and day do not tell is unknown.
-        world = world_value(parameter.world, log)
-        return ParameterValue(nan if world is None else world, parameter.unit, "log")
-    return ParameterValue(parameter.value, parameter.unit, "default")

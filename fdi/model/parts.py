@@ -93,18 +93,34 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
-    """A known constant, taken from the log (times ``log_scale``) where it is there.
+class Source:
+    """A parameter of the log that tells a parameter of the model, times ``scale``.
 
-    ``world`` names a quantity of the place and day of the flight (see ``world.py``).
+    ``unset`` holds the values that mean "not set"; ``autopilot`` is the only one on which the name
+    means this; ``unless`` names messages and parameters: where the log has such a message, or the
+    parameter is not 0, this one does not count.
     """
 
     name: str
-    value: float
+    scale: float = 1.0
+    unset: tuple[float, ...] = ()
+    autopilot: str | None = None
+    unless: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A known constant, taken from the first of its ``sources`` in the log that is set.
+
+    ``value`` is None where it is unknown without them. ``world`` names a quantity of the place and
+    day of the flight (see ``world.py``).
+    """
+
+    name: str
+    value: float | None
     unit: str
     source: str = ""
-    log_names: tuple[str, ...] = ()
-    log_scale: float = 1.0
+    sources: tuple[Source, ...] = ()
     bounds: tuple[float, float] | None = None
     world: str | None = None
 

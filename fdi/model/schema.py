@@ -45,6 +45,11 @@ def _text_entry(value: Any) -> Any:
     return {"text": value} if isinstance(value, str) else value
 
 
+def _one_or_many(value: Any) -> Any:
+    """Return one entry as a list."""
+    return value if isinstance(value, list) else [value]
+
+
 class ComponentEntry(_Entry):
     """A component; ``name`` is what a person calls it."""
 
@@ -70,6 +75,9 @@ class LogParameter(_Entry):
 
     name: str | list[str]
     scale: float = 1.0
+    unset: list[float] = []
+    autopilot: Literal["ardupilot", "px4"] | None = None
+    unless: list[str] = []
 
 
 class Identify(_Entry):
@@ -85,7 +93,7 @@ class ParameterEntry(_Entry):
     unit: str
     value: float | None = None
     source: str = ""
-    log: LogParameter | None = None
+    log: Annotated[list[LogParameter], BeforeValidator(_one_or_many)] = []
     identify: Identify | None = None
     world: Literal["magnetic_declination", "magnetic_strength"] | None = None
     description: str = ""

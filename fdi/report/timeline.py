@@ -1,9 +1,10 @@
 """Which of a log's events does a person want to read?
 
 In: a log. Out: its events without the changes of parameters, of which a download alone brings
-hundreds, without the texts that already stand there as a failsafe or an impact, and what is
-repeated only once: a text for minutes, a mode that flickers within a second. Where even these are
-too many, plain texts go first: the last thing that happened is seldom the least.
+hundreds, without the texts that already stand there as a failsafe or an impact, and once what is
+repeated within a second: one message on several links, a mode that flickers. Where these are too
+many, a text that is repeated for minutes is told once as well, with how often and when last; where
+even these are too many, plain texts go first: the last thing that happened is seldom the least.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ from fdi.report.words import at
 from fdi.telemetry import Event, Log
 
 REPEAT_S: Final = 60.0
-"""A text that comes again within this time is repeated, not said anew: autopilots repeat what keeps
-them from arming every 30 s."""
+"""Where there are too many events, a text that comes again within this time is a repetition:
+autopilots repeat what keeps them from arming every 30 s."""
 FLICKER_S: Final = 1.0
-"""The same for all other events: after a crash an old copter logs its modes by the hundred."""
+"""What comes again within this time is the same, sent on several links or a mode that flickers:
+after a crash an old copter logs its modes by the hundred."""
 
 
 class Told(NamedTuple):
@@ -37,7 +39,9 @@ def told_events(log: Log, most: int) -> tuple[list[Told], int]:
     most : int
         How many to tell.
     """
-    told = _merged(_worth(log))
+    told = _merged(_worth(log), FLICKER_S)
+    if len(told) > most:
+        told = _merged(_worth(log), REPEAT_S)
     if len(told) <= most:
         return told, 0
     order = sorted(range(len(told)), key=lambda i: (_rank(told[i].event), i))
@@ -71,14 +75,17 @@ def _worth(log: Log) -> list[Event]:
     ]
 
 
-def _merged(events: list[Event]) -> list[Told]:
-    """Return the events with repeated ones told once, where they began."""
+def _merged(events: list[Event], repeat: float) -> list[Told]:
+    """Return the events with repeated ones told once, where they began.
+
+    ``repeat``: how far apart equal texts are the same, s.
+    """
     told: list[Told] = []
     place: dict[tuple[str, str], int] = {}
     for event in events:
         what = event.kind, event.text
         at = place.get(what)
-        longest = REPEAT_S if event.kind == "text" else FLICKER_S
+        longest = repeat if event.kind == "text" else FLICKER_S
         if at is not None and event.t - told[at].last <= longest:
             told[at] = Told(told[at].event, told[at].times + 1, event.t)
             continue

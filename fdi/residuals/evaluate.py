@@ -61,12 +61,16 @@ class Evaluated(NamedTuple):
 
 @dataclass(slots=True)
 class Value:
-    """A node's column, its effects, and how many samples ahead it looks."""
+    """A node's column, its effects, and how many samples ahead it looks.
+
+    ``spacing``: the time between the records of the sparsest channel beneath it, s.
+    """
 
     column: Floats
     effects: Effects
     ahead: int = 0
     parts: tuple[Value, ...] = ()
+    spacing: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +153,6 @@ def context_of(
             "airborne": state.airborne,
             "mode": state.mode,
             "phase": state.phase,
-            "step": np.float64(1.0 / signals.rate_hz),  # type: ignore[dict-item]
         },
         1.0 / signals.rate_hz,
         beginning_of(signals),
@@ -201,9 +204,13 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
             value = _loop(node, done, context)
         case _:
             value = _function(node, done, context)
+    beneath = [done[i].spacing for _, i in (*node.arguments, *node.gate_arguments)]
+    for part in (value, *value.parts):
+        part.spacing = max([context.step, *beneath])
     if node.gate is not None:
         columns = {name: done[i].column for name, i in node.gate_arguments}
-        valid = holds(node.gate, {**context.constants, **context.states, **columns})
+        step = {"step": np.array(value.spacing)}
+        valid = holds(node.gate, {**context.constants, **context.states, **step, **columns})
         for part in (value, *value.parts):
             part.column = np.where(valid, part.column, np.nan)
     return value
@@ -215,17 +222,19 @@ def _channel(node: Node, context: Context) -> Value:
     column = context.signals.columns[measurement.channel]
     circular = context.system.variables[measurement.variable].circular
     effects: Effects = {}
+    spacing = context.signals.spacing.get(measurement.channel, np.nan)
+    spacing = context.step if np.isnan(spacing) else spacing
     if node.equation in context.added:
         column = column + context.added[node.equation]
         column = wrap(column) if circular else column
     if not context.spreads:
-        return Value(column, effects)
+        return Value(column, effects, spacing=spacing)
     if measurement.accuracy is not None:
         noise = _noise(column, measurement.channel, measurement.accuracy, circular, context)
         effects["noise", node.equation, 0] = noise
     if measurement.offset:
         effects["offset", node.equation, 0] = np.full(len(column), measurement.offset)
-    return Value(column, effects)
+    return Value(column, effects, spacing=spacing)
 
 
 def _noise(

@@ -14,6 +14,7 @@ message.py    `Message`: the columns of one message
 channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
+airframes.py  the frame of a vehicle with rotors
 flights.py    take-off, landing, impact from the data
 airtime.py    from when to when a flight is in the air, and settled
 ends.py       how each flight ends

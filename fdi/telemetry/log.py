@@ -122,6 +122,8 @@ class Log:
         All senders with their frame counts; the chosen one is marked.
     recordings : tuple of Recording
         The files where there are several, in the order given; empty for one.
+    frame : str
+        What a person calls the frame, where it is no ordinary one of its vehicle (``Y6``).
     """
 
     path: Path
@@ -141,6 +143,7 @@ class Log:
     system_id: int
     sources: tuple[Source, ...]
     recordings: tuple[Recording, ...] = ()
+    frame: str = ""
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -178,8 +181,9 @@ class Log:
     def flights(self) -> tuple[Flight, ...]:
         """The flights in the order of time; found from the motion when they are asked for."""
         if "flights" not in self._cache:
+            has_wings = self.vehicle in _WINGED and not self.frame  # named frames have rotors
             self._cache["flights"] = find_flights(
-                self.messages, self.reported, self.span, has_wings=self.vehicle in _WINGED
+                self.messages, self.reported, self.span, has_wings=has_wings
             )
         found: tuple[Flight, ...] = self._cache["flights"]
         return found

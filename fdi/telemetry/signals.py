@@ -155,6 +155,8 @@ class Signals:
         How every flight ends.
     height : (n,) float64 or None
         m above the place of take-off (or the lowest place), NaN unknown; to tell, no channel.
+    spacing : Mapping[Channel, float]
+        s, how far apart the channel's records are about a moment at which it is known.
     """
 
     t: Floats
@@ -169,6 +171,7 @@ class Signals:
     accuracy: Mapping[Channel, Floats] = field(default_factory=dict)
     ends: tuple[FlightEnd, ...] = ()
     height: Floats | None = None
+    spacing: Mapping[Channel, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -197,6 +200,15 @@ class Records:
         """Return the median time between two records, s; NaN with fewer than two."""
         return float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
 
+    def spacing(self, longest: float) -> float:
+        """Return the mean over time of the time between two records, s; ``longest``: no gap.
+
+        Larger than the period where records come in bunches, as through a radio.
+        """
+        widths = np.diff(self.t)
+        widths = widths[widths <= longest]
+        return float(np.sum(widths**2) / np.sum(widths)) if widths.size else float("nan")
+
 
 def resample(material: Material, requests: tuple[Request, ...], sampling: Sampling) -> Signals:
     """Return the requested quantities of a log on one grid.
@@ -211,12 +223,13 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
     records = {r.channel: records_of(material, r, sampling) for r in requests}
     rate = sampling.rate_hz or _own_rate(records)
     t = _grid(material, sampling.window, rate)
-    columns, period, accuracy = {}, {}, {}
+    columns, period, accuracy, spacing = {}, {}, {}, {}
     for channel, record in records.items():
         values = _interpolate(record, t, sampling)
         values.flags.writeable = False
         columns[channel] = values
         period[channel] = record.period
+        spacing[channel] = record.spacing(_longest(record, sampling))
     for request in requests:
         told = _told(material, request, sampling)
         if told is not None:
@@ -236,6 +249,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         MappingProxyType(accuracy),
         material.ends,
         _height(material, t),
+        MappingProxyType(spacing),
     )
 
 
@@ -369,8 +383,7 @@ def _interpolate(records: Records, t: Floats, sampling: Sampling) -> Floats:
     between[np.isinf(between)] = np.nan
     if turns:
         between = _same_range(between, value)
-    longest = max(sampling.gap_min_s, sampling.gap_factor * records.period)
-    inside = (weight >= 0) & (weight <= 1) & (width <= longest * (1 + _TIE))
+    inside = (weight >= 0) & (weight <= 1) & (width <= _longest(records, sampling) * (1 + _TIE))
     if sampling.extrapolate:
         inside |= (weight < 0) | (weight > 1)
     out[inside] = between[inside]
@@ -380,6 +393,11 @@ def _interpolate(records: Records, t: Floats, sampling: Sampling) -> Floats:
         hit = np.abs(t - known_t[neighbour]) <= tie
         out[hit] = value[neighbour[hit]]
     return out
+
+
+def _longest(records: Records, sampling: Sampling) -> float:
+    """Return how far apart two records may be that are no gap apart, s."""
+    return max(sampling.gap_min_s, sampling.gap_factor * records.period)
 
 
 def _same_range(angle: Floats, like: Floats) -> Floats:

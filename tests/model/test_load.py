@@ -14,6 +14,7 @@ from fdi.model.choose import vehicles_of
 from fdi.model.load import find_model, models_folder
 from fdi.model.yaml import read_document
 
+TOLD = "value: 5, unit: m/s, source: brochure, log: {name: [VMAX, V_MAX], scale: 0.01}"
 GOOD = """format: 1
 name: cart
 variables:
@@ -67,7 +68,8 @@ def test_a_good_file_gives_an_airframe_in_the_units_of_its_variables(tmp_path):
     assert str(place.channel) == "LOCAL_POSITION_NED.x"
     assert place.when.operator == "and"
     assert place.group == "navigation"
-    assert airframe.parameters["v_max"].log_names == ("VMAX", "V_MAX")
+    sources = airframe.parameters["v_max"].sources
+    assert [(source.name, source.scale) for source in sources] == [("VMAX", 0.01), ("V_MAX", 0.01)]
     assert set(airframe.components) == {"wheel", "estimator", "outside_model"}
 
 
@@ -125,7 +127,7 @@ BAD = {  # what to replace, by what, what is said, in which line
     "empty domain": ("[0, null]", "[2, 1]", "the domain .2, 1. is empty", 4),
     "reserved": ("  x: {unit: m}", "  x: {unit: m}\n  armed: {unit: m}", "meaning of its own", 6),
     "unused variable": ("  x: {unit: m}", "  x: {unit: m}\n  z: {unit: m}", "'z' is in no eq", 6),
-    "nothing to identify": ("value: 5, ", "", "neither a value nor anything", 7),
+    "nothing to identify": (TOLD, "unit: m/s", "neither a value nor anything", 7),
     "solves a stranger": ("fault: stuck", "solves: [x], fault: stuck", "solves x, which", 10),
     "swings without an angle": ("fault: stuck", "offset: 1, swings: 1 m, fault: s", "angle", 10),
     "duplicate key": ("  x: {unit: m}", "  x: {unit: m}\n  x: {unit: m}", "duplicate key 'x'", 6),

@@ -64,6 +64,28 @@ def test_values_are_in_si_by_legacy_scale_or_multiplier_not_both(load):
     assert log.clock.boot(0.0) == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(
+    ("form", "pack", "volt", "current"),
+    [("Qfff", "Qfff", 15.5, 12.5), ("QhhHHf", "QhhHHf", 1550, 1250)],
+    ids=["Copter 3.4 and 3.5: floats", "Copter 3.3: hundredths as integers"],
+)
+def test_voltage_and_current_of_a_battery_mean_what_their_type_says(
+    load, form, pack, volt, current
+):
+    """No version states a unit: what was an integer of hundredths became volts as a float."""
+    is_float = form == "Qfff"
+    labels = "TimeUS,Volt,Curr,CurrTot" if is_float else "TimeUS,Thr,Volt,Curr,Vcc,CurrTot"
+    out = [small(), fmt(30, "CURR", form, labels)]
+    for i in range(50):
+        told = (volt, current, 400.0) if is_float else (0, volt, current, 5000, 400.0)
+        values = struct.pack("<" + pack, 1_000_000 + 100_000 * i, *told)
+        out.append(b"\xa3\x95" + bytes([30]) + values)
+    status, battery = (load(b"".join(out))[name] for name in ("SYS_STATUS", "BATTERY_STATUS"))
+    np.testing.assert_allclose(status.si("voltage_battery"), 15.5)
+    np.testing.assert_allclose(status.si("current_battery"), 12.5)
+    np.testing.assert_allclose(battery.si("current_consumed"), 400e-3 * 3600)
+
+
 def test_instances_vehicle_firmware_and_parameters_are_found(load):
     log = load(small())
     assert len(log["BARO"]) == len(log["BARO[1]"]) == 50

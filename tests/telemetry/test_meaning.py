@@ -1,6 +1,7 @@
 """Channels, units, sentinels, parameters, texts: what the numbers mean."""
 
 import struct
+from datetime import datetime
 
 import numpy as np
 import pytest
@@ -191,3 +192,30 @@ def test_loss_by_sequence_numbers_and_gaps_are_told(load):
     gaps = [q.text for q in log.quality if q.kind == "gap"]
     assert any("telemetry gap" in text for text in gaps)
     assert any("did not arrive" in text for text in gaps)
+
+
+OLD, NEW = "2013-10-13T21:58:53Z", "2021-12-05T19:01:08Z"
+
+
+@pytest.mark.parametrize(
+    ("greeting", "recorded", "said", "means"),
+    [
+        (b"ArduCopter V3.2-dev (40b13cf8)", NEW, 1, 6),  # SEVERITY_LOW: no ALERT
+        (b"APM:Copter V3.3.3 (acf0e8f8)", NEW, 3, 3),
+        (b"APM:Copter V3.3.3 (acf0e8f8)", NEW, 2, 4),
+        (b"APM:Copter V3.4.6 (e707341b)", NEW, 1, 1),
+        (b"ArduPlane V3.3.0 (1a2b3c4d)", NEW, 5, 5),
+        (b"ArduPlane V3.5.2 (1a2b3c4d)", OLD, 1, 1),
+        (b"nobody knows", OLD, 1, 6),
+        (b"nobody knows", NEW, 1, 1),
+    ],
+)
+def test_severities_of_old_firmware_are_those_of_mavlink(load, greeting, recorded, said, means):
+    epoch = datetime.fromisoformat(recorded.replace("Z", "+00:00")).timestamp()
+    is_utc = mav.MAVLINK_MSG_ID_SYSTEM_TIME.to_bytes(3, "little")
+    flight = [r for r in Flight(epoch=epoch).records() if r[15:18] != is_utc]
+    texts = [(1.0, 6, greeting), (6.0, said, b"the text in question")]
+    told = [record(t, mav.MAVLink_statustext_message(*what), epoch=epoch) for t, *what in texts]
+    log = load(b"".join(sorted([*flight, *told], key=lambda r: r[:8])))
+    found = [e.severity for e in log.events if e.text == "the text in question"]
+    assert found == [means]

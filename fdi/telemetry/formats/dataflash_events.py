@@ -25,7 +25,6 @@ _MAKERS: Final = {
     **{"ArduCopter": "quad", "ArduPlane": "plane", "ArduRover": "rover", "Rover": "rover"},
     **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
 }
-_FRAMES: Final = {2: "hexa", 3: "octa", 4: "octa", 5: "hexa", 6: "helicopter"}  # FRAME_CLASS
 _OF_MOTORS: Final = {6: "hexa", 8: "octa"}
 _SWASHPLATE: Final = "H_SWASH_TYPE"
 _OWN_CODES: Final = ("flight mode", "EKF primary changed")  # ECode 0 is a number, not "resolved"
@@ -145,7 +144,7 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
 
 
 def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 0) -> str:
-    """Return the vehicle's name, from the firmware and the parameters of its frame.
+    """Return the vehicle's name, from the firmware alone; `frame_of` knows its frame.
 
     ``motors``: how many the records of old firmware have, which was built for one kind of frame.
     """
@@ -155,8 +154,7 @@ def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 
     if kind == "quad":
         if "FRAME_CLASS" not in values and _SWASHPLATE in values:
             return "helicopter"
-        usual = _OF_MOTORS.get(motors, "quad")
-        return _FRAMES.get(int(values["FRAME_CLASS"]), "quad") if "FRAME_CLASS" in values else usual
+        return _OF_MOTORS.get(motors, "quad")
     if kind == "plane" and values.get("Q_ENABLE", 0) > 0:
         return "vtol"
     return kind or "other"

@@ -259,7 +259,7 @@ class Units:
         stated = self.unit.get(unit, "UNKNOWN")
         if field.character == "L":  # Copter 3.6 says "us" of longitudes
             stated = "deg"
-        return _conversion(one.name, field.name, stated, scale)
+        return _conversion(one.name, field.name, stated, scale, is_float=field.character in "fd")
 
     def instance_field(self, one: Layout) -> Field | None:
         """Return the field that numbers instances."""
@@ -268,8 +268,11 @@ class Units:
 
 
 @lru_cache(maxsize=4096)
-def _conversion(message: str, field: str, stated: str, scale: float) -> Conversion:
-    name, factor, offset = si_unit(true_unit(numbered(message), field, stated))
+def _conversion(
+    message: str, field: str, stated: str, scale: float, *, is_float: bool
+) -> Conversion:
+    unit = true_unit(numbered(message), field, stated, is_float=is_float)
+    name, factor, offset = si_unit(unit)
     return Conversion(name, scale * factor, offset)
 
 
@@ -279,12 +282,13 @@ def numbered(name: str) -> str:
     return key.partition("[")[0]
 
 
-def true_unit(name: str, field: str, stated: str) -> str:
+def true_unit(name: str, field: str, stated: str, *, is_float: bool = False) -> str:
     """Return the unit of a field where what FMTU states of it is wrong, or nothing."""
     tables = data_table("units_dataflash")
     found = dict(tables["wrong"])
     if stated in ("", "UNKNOWN"):
         found.update(tables["silent"])
+        found.update(tables["silent_floats"] if is_float else {})
     matching = (u for pattern, u in found.items() if fnmatchcase(f"{name}.{field}", pattern))
     unit: str = next(matching, stated)
     return unit

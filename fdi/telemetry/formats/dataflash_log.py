@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.catalogue import data_table
 from fdi.telemetry.events import Event
 from fdi.telemetry.formats.dataflash_clock import Track, find_track, make_clock
@@ -80,7 +81,10 @@ def make_log(
     values, changes, named = parameters(timed)
     texts = [*(Event(0.0, "text", line) for line in heading), *log_texts(timed)]
     name = firmware({}, texts, None)
-    vehicle = vehicle_of(name, values, _motors(tables))
+    by_name = vehicle_of(name, values, _motors(tables))
+    vehicle, frame = frame_of(
+        by_name, values, (event.text for event in texts), autopilot="ardupilot"
+    )
     own = _messages(timed, units)
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
@@ -109,6 +113,7 @@ def make_log(
         name,
         number,
         (Source(number, 1, count, 0, vehicle, "ardupilot", True),),
+        frame=frame,
     )
 
 

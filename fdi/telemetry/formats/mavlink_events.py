@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.catalogue import is_failsafe_text, mavlink_mode
+from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.clock import Timeline, in_order
 from fdi.telemetry.events import Event
 from fdi.telemetry.formats.mavlink_columns import Payloads
@@ -36,6 +37,7 @@ _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong t
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
 _CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f]+")
 PARAMETER_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,16}")
+_VERSION: Final = re.compile(r"(\S+) V?(\d+)\.(\d+)")
 _FIRMWARE: Final = re.compile(r"\b(Ardu\w+|APM:\w+|Blimp|PX4)\s+(V?\d[\w.\-]*(?: \(\w+\))?)")
 
 
@@ -106,6 +108,29 @@ def _texts(own: Own, line: Timeline) -> Iterator[tuple[float, int, str]]:
     cleaned = {text: clean_text(text) for text in dict.fromkeys(text for _, _, text in joined)}
     for t, severity, text in joined:
         yield t, severity, cleaned[text]
+
+
+def with_mavlink_severities(
+    events: list[Event], autopilot: str, firmware: str | None, recorded: str | None
+) -> list[Event]:
+    """Return the events with severities as MAVLink has them, whatever firmware told them.
+
+    Parameters
+    ----------
+    recorded : str or None
+        UTC as ISO 8601; decides where the log names no firmware.
+    """
+    table = data_table("severities")
+    named = _VERSION.match(firmware or "")
+    since = table["since"].get(named[1]) if named else None
+    if since is not None and named is not None:
+        is_old = (int(named[2]), int(named[3])) < tuple(since)
+    else:
+        is_old = firmware is None and recorded is not None and recorded < table["recorded"]
+    if autopilot != "ardupilot" or not is_old:
+        return events
+    old: Mapping[str, int] = table["old"]
+    return [replace(e, severity=old.get(str(e.severity), e.severity)) for e in events]
 
 
 def parameters(

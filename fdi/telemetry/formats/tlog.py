@@ -19,11 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
+from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.catalogue import mavlink_firmware
 from fdi.telemetry.clock import Timeline, make_clock
 from fdi.telemetry.dialect import frame_checks
 from fdi.telemetry.formats.mavlink_columns import Payloads, columns
-from fdi.telemetry.formats.mavlink_events import firmware, log_events, parameters
+from fdi.telemetry.formats.mavlink_events import (
+    firmware,
+    log_events,
+    parameters,
+    with_mavlink_severities,
+)
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
 from fdi.telemetry.formats.mavlink_groups import (
     Groups,
@@ -113,6 +119,11 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     messages, upwind = wind_from(messages, clock.utc(0.0))
     values, changes, named = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
+    named_firmware = firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle))
+    events = with_mavlink_severities(events, vehicle.autopilot, named_firmware, clock.utc(0.0))
+    texts = (event.text for event in events if event.kind == "text")
+    kind = (known[vehicle.sender] or (0, 0))[0]
+    frame = frame_of(vehicle.vehicle, values, texts, autopilot=vehicle.autopilot, mav_type=kind)
     quality = [
         *damage_records(frames, line),
         *line.quality,
@@ -136,11 +147,12 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         tuple(sorted(events, key=lambda e: (e.t, e.kind))),
         tuple(sorted(quality, key=_place)),
         clock,
-        vehicle.vehicle,
+        frame.vehicle,
         vehicle.autopilot,
-        firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle)),
+        named_firmware,
         vehicle.system,
         tuple(sources(senders, known, vehicle)),
+        frame=frame.name,
     )
 
 

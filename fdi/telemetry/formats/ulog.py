@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
+from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.formats.mavlink_quality import gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
 from fdi.telemetry.formats.ulog_columns import Places, Store
@@ -103,8 +104,9 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     release = release_of(info)
     own = _messages(topics, times, store, release)
     values, changes, named = parameters(records.others, known.at_place)
-    vehicle = vehicle_of(own, values)
+    by_type, kind = vehicle_of(own, values)
     autopilot = "px4" if info.get("sys_name") == "PX4" else "other"
+    vehicle, frame = frame_of(by_type, values, (), autopilot=autopilot, mav_type=kind)
     said = as_mavlink(own, vehicle, table="mavlink_ulog")
     messages = own | {k: m for k, m in said.items() if k not in own}
     end = max(float(one.t[-1]) for one in times)
@@ -137,6 +139,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         firmware_of(info),
         number,
         (Source(number, 1, count, 0, vehicle, autopilot, True),),
+        frame=frame,
     )
 
 

@@ -64,20 +64,22 @@ def firmware_of(info: Info) -> str | None:
     return f"{told} ({clean_text(commit)[:8]})" if isinstance(commit, str) and commit else told
 
 
-def vehicle_of(own: Messages, values: Mapping[str, float]) -> str:
-    """Return the vehicle's name, from its status and the parameters of its airframe."""
+def vehicle_of(own: Messages, values: Mapping[str, float]) -> tuple[str, int]:
+    """Return the vehicle's name, and its MAV_TYPE (0: not told), from status and airframe."""
     status = own.get("vehicle_status")
+    kinds = [_last(status, "system_type"), _integer(values.get("MAV_TYPE"))]
+    kind = next((kind for kind in kinds if kind), 0)
     if status is not None and "is_vtol" in status and status.raw("is_vtol").any():
-        return "vtol"
-    for kind in (_last(status, "system_type"), values.get("MAV_TYPE")):
-        if kind and mavlink_vehicle(int(kind)) != "other":
-            return mavlink_vehicle(int(kind))
+        return "vtol", kind
+    for told in kinds:
+        if told and (mavlink_vehicle(told) != "other" or str(told) in data_table("frames")["type"]):
+            return mavlink_vehicle(told), told
     table = data_table("modes_ulog")
     number = values.get("SYS_AUTOSTART", 0)
     frames = [name for least, name in table["airframe"] if number >= least]
     if frames:
-        return str(frames[-1])
-    return str(table["vehicle_type"].get(str(_last(status, "vehicle_type")), "other"))
+        return str(frames[-1]), kind
+    return str(table["vehicle_type"].get(str(_last(status, "vehicle_type")), "other")), kind
 
 
 def system_of(own: Messages, values: Mapping[str, float]) -> int:

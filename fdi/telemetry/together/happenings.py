@@ -19,8 +19,9 @@ from fdi.telemetry.log import Log, ParameterChange
 
 CHANGE_S: Final = 2.5
 """A heartbeat comes once a second and may be lost once."""
-TEXT_S: Final = 10.0
-"""Texts wait in the autopilot's queue while the link is busy; repeated ones come every 30 s."""
+TEXT_S: Final = 2.5
+"""Texts wait in the autopilot's queue while the link is busy. One that waits longer is told twice:
+two equal texts 10 s apart are two, and the second may be the one that matters."""
 _STATES: Final = (("mode",), ("arm", "disarm"))
 _AT_ONCE_S: Final = 1.0  # a log's first mode is what was set before it began
 _FLOAT32: Final = 1e-6  # relative; some logs write a parameter with seven digits only

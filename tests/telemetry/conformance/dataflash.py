@@ -48,7 +48,7 @@ class _Units:
             scale = self.multiplier.get(stated, 1.0)
             reason = "multiplier" if scale != 1 else ""
         said = self.unit[units[index]]
-        true = true_unit(numbered(name), label, said)
+        true = true_unit(numbered(name), label, said, is_float=character in "fd")
         reason = reason if true == said else "corrected"
         unit = si_unit(true)
         return Conversion(unit.unit, scale * unit.scale, unit.offset), reason

@@ -1,0 +1,116 @@
+"""Which value has a parameter of a model with this log, and what of it was assumed?
+
+In: the parameters of an airframe and a log. Out: their values, and sentences for what the log does
+not hold. A source is a parameter of the log; those of one quantity are asked in their order
+(``log:`` in a model file). What means "not set" there (often 0 or -1) is passed over. Where no
+source says anything, the model's own value holds; where it has none, the parameter is unknown, NaN,
+and with it whatever needs it: a limit that the vehicle did not set is no test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isnan, nan
+
+from fdi.model.expression import Expression, symbols
+from fdi.model.parts import Equation, Measurement, Parameter, Source
+from fdi.model.system import ParameterValue
+from fdi.model.world import world_value
+from fdi.telemetry import Log
+
+
+def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
+    """Return the value that a parameter has with a log."""
+    for source in _asked(parameter, log):
+        assert log is not None
+        told = log.parameters.get(source.name)
+        if told is not None and told not in source.unset:
+            return ParameterValue(told * source.scale, parameter.unit, "log")
+    if parameter.world and log:
+        # A default would be wrong nearly everywhere: what the place and day do not tell is unknown.
+        world = world_value(parameter.world, log)
+        return ParameterValue(nan if world is None else world, parameter.unit, "log")
+    own = nan if parameter.value is None else parameter.value
+    return ParameterValue(own, parameter.unit, "default")
+
+
+def _asked(parameter: Parameter, log: Log | None) -> list[Source]:
+    """Return the sources that this log's autopilot, messages and parameters leave."""
+    if log is None:
+        return []
+    return [
+        source
+        for source in parameter.sources
+        if source.autopilot in (None, log.autopilot)
+        and not any(name in log or log.parameters.get(name) for name in source.unless)
+    ]
+
+
+def without_unset(
+    equations: Sequence[Equation], parameters: Mapping[str, Parameter], log: Log | None
+) -> tuple[list[Equation], list[str]]:
+    """Return the equations that need no parameter which the vehicle did not set, and what is told.
+
+    What only such an equation determines is not known either: what needs it goes with it.
+    """
+    values = {name: value_of(p, log).value for name, p in parameters.items() if p.sources}
+    needing = {
+        name: _needing(name, equations)
+        for name in values
+        if log is not None and isnan(values[name])
+    }
+    gone = [equation for some in needing.values() for equation in some]
+    told = list[str]()
+    for reason, is_held in (("the vehicle sets no", True), ("not in this log:", False)):
+        names, whom = dict[str, None](), dict[str, None]()
+        for name, without in needing.items():
+            asked = [source.name for source in _asked(parameters[name], log)]
+            held = [name for name in asked if log is not None and name in log.parameters]
+            if without and asked and bool(held) == is_held:
+                names[(held or asked)[0]] = None
+                whom |= dict.fromkeys(e.component for e in without if e.component)
+        if names:
+            told.append(
+                f"{reason} {', '.join(names)}: without the tests of {', '.join(whom)} that need it"
+            )
+    return [e for e in equations if e not in gone], told
+
+
+def _needing(name: str, equations: Sequence[Equation]) -> list[Equation]:
+    """Return the equations that need a parameter, or what only those determine that do."""
+    kept, lost, gone = list(equations), {name}, list[Equation]()
+    while lost:
+        new = [e for e in kept if lost & _names(e)]
+        kept = [e for e in kept if e not in new]
+        gone += new
+        given = {name for e in kept for name in e.solves or ()}
+        lost = {name for e in new for name in e.solves or ()} - given
+    return gone
+
+
+def assumptions(
+    parameters: Mapping[str, Parameter],
+    equations: Iterable[Equation],
+    measurements: Iterable[Measurement],
+    log: Log | None,
+) -> list[str]:
+    """Return one sentence for the parameters that are used and of which the log has no source."""
+    used = {name for e in equations for name in _names(e)}
+    used |= {n for m in measurements for x in (m.value, m.when, m.reported) for n in _symbols(x)}
+    assumed = []
+    for name, parameter in parameters.items():
+        asked = _asked(parameter, log)
+        if log is None or name not in used or not asked or parameter.value is None:
+            continue
+        if not any(source.name in log.parameters for source in asked):
+            unit = "" if parameter.unit == "1" or asked[0].scale != 1 else f" {parameter.unit}"
+            assumed.append(f"{asked[0].name} {parameter.value / asked[0].scale:g}{unit}")
+    return [f"not in this log, so assumed: {', '.join(dict.fromkeys(assumed))}"] if assumed else []
+
+
+def _names(equation: Equation) -> set[str]:
+    return {*symbols(equation.left), *symbols(equation.right), *_symbols(equation.when)}
+
+
+def _symbols(expression: Expression | None) -> tuple[str, ...]:
+    return () if expression is None else symbols(expression)

@@ -1,0 +1,177 @@
+"""Parameters of the log: what means "not set", in whose words, and what is told of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flights import shared
+from telemetry.build import Flight, mav, record
+
+import fdi
+from fdi.model import load_airframe
+from fdi.model.parameters import value_of
+from fdi.residuals import Differentiation, build_bank
+from fdi.telemetry import Channel, Sampling
+
+TEXT = """format: 1
+name: small
+components:
+  battery: {group: power}
+  engine: {group: propulsion}
+variables:
+  u: {unit: "1"}
+  voltage: {unit: V}
+  ratio: {unit: "1"}
+  extra: {unit: "1"}
+parameters:
+  low:
+    value: 1000
+    unit: us
+    log:
+      - {name: MOT_MIN, unset: [0], autopilot: ardupilot}
+      - {name: RC3_MIN, autopilot: ardupilot}
+      - {name: [OUT_MIN1, OUT_MIN], unset: [-1], autopilot: px4, unless: [SIMULATED, HEARTBEAT]}
+  least: {unit: V, log: {name: BATT_CRT, unset: [0], scale: 0.001}}
+  cruise: {unit: "1", log: {name: CRUISE}}
+  unused: {value: 3, unit: m, log: {name: NOBODY_ASKS}}
+equations:
+  e_1: {text: "ratio = u/cruise", solves: [ratio]}
+  e_2: {text: "extra = ratio - 1", solves: [extra], fault: engine.thrust, component: engine}
+limits:
+  l_1: {variable: voltage, min: least, component: battery}
+  l_2: {variable: extra, max: 2, component: engine}
+measurements:
+  SERVO_OUTPUT_RAW:
+    fields:
+      servo1_raw: {variable: u, value: "servo1_raw - low"}
+  SYS_STATUS:
+    fields:
+      voltage_battery: {variable: voltage, accuracy: 0.1 V}
+"""
+
+
+@pytest.fixture
+def small(tmp_path):
+    path = tmp_path / "small.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    return load_airframe(path)
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "log.tlog"
+    status = [
+        record(t, mav.MAVLink_sys_status_message(0, 0, 0, 0, 12000, 100, 80, 0, 0, 0, 0, 0, 0))
+        for t in np.arange(0.0, 25.0)
+    ]
+    parts = sorted([*Flight().records(), *status], key=lambda part: part[:8])
+    path.write_bytes(b"".join(parts))
+    return fdi.read(path)
+
+
+def with_parameters(log, **parameters):
+    return replace(log, parameters=parameters)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "autopilot", "value"),
+    [
+        ({"MOT_MIN": 1100.0, "RC3_MIN": 980.0}, "ardupilot", 1100.0),
+        ({"MOT_MIN": 0.0, "RC3_MIN": 980.0}, "ardupilot", 980.0),
+        ({"RC3_MIN": 980.0}, "ardupilot", 980.0),
+        ({}, "ardupilot", 1000.0),
+        ({"RC3_MIN": 980.0}, "px4", 1000.0),  # there it is the stick's alone
+    ],
+)
+def test_the_first_source_that_is_set_tells_the_value(small, log, parameters, autopilot, value):
+    log = replace(with_parameters(log, **parameters), autopilot=autopilot)
+    assert value_of(small.parameters["low"], log).value == value
+
+
+@pytest.mark.parametrize(
+    ("parameters", "value"),
+    [
+        ({"OUT_MIN1": 1075.0}, 1075.0),
+        ({"OUT_MIN1": -1.0, "OUT_MIN": 1050.0}, 1050.0),
+        ({"OUT_MIN1": 1075.0, "SIMULATED": 1.0}, 1000.0),
+        ({"OUT_MIN1": 1075.0, "SIMULATED": 0.0}, 1075.0),
+    ],
+)
+def test_a_source_does_not_count_where_the_log_has_what_makes_it_void(
+    small, log, parameters, value
+):
+    sources = tuple(replace(s, unless=s.unless[:1]) for s in small.parameters["low"].sources)
+    low = replace(small.parameters["low"], sources=sources)
+    log = replace(with_parameters(log, **parameters), autopilot="px4")
+    assert value_of(low, log).value == value
+    with_message = small.parameters["low"]  # every log has a HEARTBEAT
+    assert value_of(with_message, log).value == 1000.0
+
+
+def test_a_limit_that_the_vehicle_does_not_set_is_no_test_and_told(small, log):
+    unset = small.observe(with_parameters(log, BATT_CRT=0.0, MOT_MIN=1000.0, CRUISE=0.4))
+    assert "l_1" not in [e.name for e in unset.equations]
+    assert "the vehicle sets no BATT_CRT: without the tests of battery that need it" in (
+        unset.warnings
+    )
+    given = small.observe(with_parameters(log, BATT_CRT=10500.0, MOT_MIN=1000.0, CRUISE=0.4))
+    assert "l_1" in [e.name for e in given.equations]
+    assert given.parameters["least"].value == 10.5
+    assert not any("BATT_CRT" in warning for warning in given.warnings)
+
+
+def test_what_only_an_unknown_parameter_determines_goes_with_it(small, log):
+    lacking = small.observe(with_parameters(log, BATT_CRT=9000.0))
+    names = [e.name for e in lacking.equations]
+    assert not {"e_1", "e_2", "l_2"} & set(names)
+    assert "l_1" in names
+    assert "not in this log: CRUISE: without the tests of engine that need it" in lacking.warnings
+
+
+def test_what_was_assumed_is_told_in_one_line_and_only_where_it_is_used(small, log):
+    told = small.observe(with_parameters(log, BATT_CRT=9000.0, CRUISE=0.4)).warnings
+    assert [w for w in told if "assumed" in w] == ["not in this log, so assumed: MOT_MIN 1000 us"]
+    # set to what means "not set" is no assumption: the model's value is what that means
+    told = small.observe(with_parameters(log, BATT_CRT=9000.0, CRUISE=0.4, MOT_MIN=0.0)).warnings
+    assert not [w for w in told if "assumed" in w]
+
+
+def test_without_a_log_every_test_counts_as_possible(small):
+    system = small.observe()
+    assert {"l_1", "e_1", "l_2"} <= {e.name for e in system.equations}
+    assert not system.warnings
+
+
+def test_motors_span_the_stick_where_their_own_range_is_not_set(log):
+    """ArduCopter to 4.0: MOT_PWM_MIN = MOT_PWM_MAX = 0 means the range of the throttle stick."""
+    parameters = {"MOT_PWM_MIN": 0.0, "MOT_PWM_MAX": 0.0, "RC3_MIN": 1100.0, "RC3_MAX": 1900.0}
+    system = load_airframe("quadcopter").observe(with_parameters(log, **parameters))
+    asked = {str(r.channel): r for r in system.channels}
+    signals = log.signals([asked["SERVO_OUTPUT_RAW.servo1_raw"]])
+    column = signals.columns[Channel.parse("SERVO_OUTPUT_RAW.servo1_raw")]
+    assert np.nanmax(column) == pytest.approx((1600 - 1100) / 800)
+
+
+@pytest.mark.parametrize("case", shared("crash/motor2_lost.bin"))
+def test_the_motor_that_was_lost_is_named_by_outputs_over_the_range_of_the_stick(case):
+    found = fdi.analyze(case.path).findings
+    assert found[0].component == "motor_2"
+
+
+def test_step_is_the_time_between_the_records_that_a_test_reads(tmp_path):
+    """A grid of 2 Hz makes no more of records that are 0.8 s apart on average."""
+    text = TEXT.replace("max: 2,", 'max: 2, when: "step < 0.7",')
+    path = tmp_path / "gated.yaml"
+    path.write_text(text, encoding="utf-8")
+    flight = Flight(rate=10.0).records()
+    full = tmp_path / "full.tlog"
+    full.write_bytes(b"".join(flight))
+    for spacing, is_known in ((None, True), (0.8, False)):
+        log = with_parameters(fdi.read(full), BATT_CRT=9000.0, CRUISE=0.4)
+        system = load_airframe(path).observe(log)
+        signals = log.signals(system.channels, Sampling(rate_hz=2.0))
+        if spacing is not None:
+            signals = replace(signals, spacing=dict.fromkeys(signals.spacing, spacing))
+        bank = build_bank(system, "mtes+cross_checks")
+        values = bank.evaluate(signals, Differentiation()).values
+        assert bool(np.isfinite(values).any()) is is_known
