@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -35,6 +35,8 @@ Work = Callable[["Job"], Row]
 
 AHEAD: Final = 4
 """Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
+ENDS: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
+"""How a flight may end, the worst first."""
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -93,6 +95,9 @@ def _empty(job: Job) -> Row:
         "firmware": None,
         "flights": None,
         "airborne_s": None,
+        "ended": None,
+        "end_s": None,
+        "end_speed": None,
         "model": None,
         "policy": job.policy,
         "verdict": None,
@@ -125,6 +130,7 @@ def _told(found: Analysis) -> Row:
         "firmware": log.firmware,
         "flights": len(log.flights),
         "airborne_s": round(sum(high - low for low, high in spans), 3),
+        **_worst(tree.get("ends", [])),
         "model": found.airframe.name,
         "policy": found.policy.name,
         "verdict": found.verdict,
@@ -141,6 +147,14 @@ def _told(found: Analysis) -> Row:
         "warnings": tree["warnings"],
         "timings_s": tree["timings_s"],
     }
+
+
+def _worst(ends: Sequence[Row]) -> Row:
+    """Return how the flight ended that ended worst; of those alike, the last."""
+    if not ends:
+        return {}
+    end = min(ends, key=lambda end: (ENDS.index(end["how"]), -end["flight"]))
+    return {"ended": end["how"], "end_s": end["at_s"], "end_speed": end["speed"]}
 
 
 def _finding(item: Row) -> Row:
@@ -189,7 +203,7 @@ def rows(
     workers: int = 1,
     cluster: str | None = None,
     work: Work = analyze_log,
-) -> Iterator[tuple[int, Row]]:
+) -> Generator[tuple[int, Row], None, None]:
     """Yield the number of each job with its row, in the order in which they get done.
 
     Parameters

@@ -5,6 +5,7 @@ import signal
 
 import pytest
 
+import fdi.result
 from fdi.errors import UsageError
 from fdi.fleet import Job, analyze_log, rows
 
@@ -24,6 +25,31 @@ def test_a_log_is_a_row_with_the_findings_of_its_analysis():
     assert row["accused"] == ["motor_1"]
     assert row["findings"][0]["rank"] == 1
     assert row["airborne_s"] > 10
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        ([], (None, None, None)),
+        ([("landed", 60.0, 0.5)], ("landed", 60.0, 0.5)),
+        ([("impact", 30.0, 9.0), ("landed", 60.0, 0.5)], ("impact", 30.0, 9.0)),
+        ([("in_air", 30.0, None), ("control_lost", 60.0, 3.0)], ("control_lost", 60.0, 3.0)),
+        ([("landed", 30.0, 0.4), ("landed", 60.0, 0.5)], ("landed", 60.0, 0.5)),
+    ],
+)
+def test_a_row_says_how_the_flight_ended_that_ended_worst(monkeypatch, ends, expected):
+    document = fdi.result.document
+
+    def told(found):
+        keys = ("flight", "how", "at_s", "speed")
+        return {
+            **document(found),
+            "ends": [dict(zip(keys, (k, *end), strict=True)) for k, end in enumerate(ends)],
+        }
+
+    monkeypatch.setattr(fdi.result, "document", told)
+    row = analyze_log(Job(LOG))
+    assert (row["ended"], row["end_s"], row["end_speed"]) == expected
 
 
 def test_a_bad_log_is_a_row_with_the_same_keys(tmp_path):
