@@ -97,7 +97,11 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 )
 @click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
 @click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
-@click.option("--force", is_flag=True, help="Write where others have files, and lose none.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
 @click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
 @NO_PROGRESS

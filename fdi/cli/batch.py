@@ -105,7 +105,7 @@ def _looks(found: Sequence[Row]) -> Iterator[str]:
 
 def _reasons(row: Row) -> Iterator[str]:
     if row["error"] is not None:
-        yield f"no analysis: {row['error']}"
+        yield f"no analysis: {row['error'].removeprefix(row['path'] + ': ')}"
     if row["ended"] in _BADLY:
         speed = "" if row["end_speed"] is None else f" at {row['end_speed']:.1f} m/s"
         yield f"{_BADLY[row['ended']]}{speed}, {row['end_s']:.1f} s"

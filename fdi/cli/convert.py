@@ -17,7 +17,11 @@ from fdi.cli.output import answer, progress_bar
     "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
 )
 @SYSTEM
-@click.option("--force", is_flag=True, help="Write where others have files, and lose none.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+)
 @QUIET
 @NO_PROGRESS
 def convert(
