@@ -98,6 +98,7 @@ def _empty(job: Job) -> Row:
         "ended": None,
         "end_s": None,
         "end_speed": None,
+        "lost_control_s": None,
         "model": None,
         "policy": job.policy,
         "verdict": None,
@@ -153,8 +154,18 @@ def _worst(ends: Sequence[Row]) -> Row:
     """Return how the flight ended that ended worst; of those alike, the last."""
     if not ends:
         return {}
-    end = min(ends, key=lambda end: (ENDS.index(end["how"]), -end["flight"]))
-    return {"ended": end["how"], "end_s": end["at_s"], "end_speed": end["speed"]}
+    end = min(ends, key=_rank)
+    return {
+        "ended": end["how"],
+        "end_s": end["at_s"],
+        "end_speed": end["speed"],
+        "lost_control_s": end["lost_control_s"],
+    }
+
+
+def _rank(end: Row) -> tuple[bool, int, int]:
+    is_bad = end["how"] in ("impact", "control_lost") or end["lost_control_s"] is not None
+    return not is_bad, ENDS.index(end["how"]), -end["flight"]
 
 
 def _finding(item: Row) -> Row:

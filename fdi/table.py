@@ -5,9 +5,9 @@ row, and back. Both carry checksums (Parquet's of its pages; ``check`` in a line
 line without it), so that a damaged row is told from a true one.
 
 ``accused``, ``consequences``, ``ruled_out``, ``not_testable`` and ``warnings`` are lists of text,
-``findings`` and ``quality`` lists of structs, ``timings_s`` a map. ``ended``, ``end_s`` and
-``end_speed`` (m/s) say how the flight ended that ended worst; ``fingerprint`` is what a row is
-known by when work is resumed.
+``findings`` and ``quality`` lists of structs, ``timings_s`` a map. ``ended``, ``end_s``,
+``end_speed`` (m/s) and ``lost_control_s`` say how the flight ended that ended worst;
+``fingerprint`` is what a row is known by when work is resumed.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ COLUMNS: Final[dict[str, Any]] = {
     "ended": "string",
     "end_s": "double",
     "end_speed": "double",
+    "lost_control_s": "double",
     "model": "string",
     "policy": "string",
     "verdict": "string",

@@ -292,8 +292,8 @@ def test_a_killed_run_leaves_no_workers_and_no_lock(tmp_path):
 def test_the_summary_names_the_flights_that_need_a_look(four, tmp_path, monkeypatch, capsys):
     changes = [
         {"accused": ["gps"]},
-        {"ended": "landed", "end_s": 60.0, "end_speed": 0.4},
-        {"ended": "impact", "end_s": 68.84, "end_speed": 12.93, "accused": ["motor_1"]},
+        {"ended": "in_air", "end_s": 60.0},
+        {"ended": "impact", "end_s": 68.84, "end_speed": 12.93, "lost_control_s": 66.0},
         {"error": "cannot be read", "error_kind": "LogError"},
     ]
 
@@ -304,9 +304,9 @@ def test_the_summary_names_the_flights_that_need_a_look(four, tmp_path, monkeypa
     monkeypatch.setattr(fdi.batch, "rows", rows)
     assert main(["batch", *(job.path for job in four), "--out", str(tmp_path / "t.parquet")]) == 0
     first, *looks = capsys.readouterr().out.splitlines()
-    assert first.endswith("t.parquet: 2 with an accusation, 1 ended badly, 1 without an analysis")
+    assert first.endswith("t.parquet: 1 with an accusation, 1 ended badly, 1 without an analysis")
     assert [line.partition(": ")[2] for line in looks] == [
-        "hit the ground at 12.9 m/s, 68.8 s; motor_1 accused",
+        "lost control, 66.0 s, hit the ground at 12.9 m/s, 68.8 s",
         "gps accused",
         "no analysis: cannot be read",
     ]

@@ -19,12 +19,8 @@ if TYPE_CHECKING:
 
 MOST_NAMED: Final = 20
 """Logs that are named on a terminal; the table has them all."""
-_BADLY: Final = {
-    "impact": "hit the ground",
-    "control_lost": "lost control",
-    "failsafe": "ended in a failsafe",
-    "in_air": "the log ends in the air",
-}
+_BADLY: Final = {"impact": "hit the ground", "failsafe": "ended in a failsafe"}
+"""A log that ends in the air is not among them: every second one does, and says no more by it."""
 
 
 @click.command(epilog="Example: fdi batch flights/ 'old/*.bin' --out fleet.parquet --workers 4")
@@ -84,7 +80,7 @@ def batch(
         accused = sum(bool(row["accused"]) for row in found)
         failed = sum(row["error"] is not None for row in found)
         told = f"{plural(len(found), 'log')} in {out}: {accused} with an accusation"
-        badly = sum(row["ended"] in _BADLY for row in found)
+        badly = sum(bool(_end(row)) for row in found)
         lines = [f"{told}, {badly} ended badly, {failed} without an analysis", *_looks(found)]
         answer("".join(f"{clean(line)}\n" for line in lines))
     return 0
@@ -106,8 +102,20 @@ def _looks(found: Sequence[Row]) -> Iterator[str]:
 def _reasons(row: Row) -> Iterator[str]:
     if row["error"] is not None:
         yield f"no analysis: {row['error'].removeprefix(row['path'] + ': ')}"
-    if row["ended"] in _BADLY:
-        speed = "" if row["end_speed"] is None else f" at {row['end_speed']:.1f} m/s"
-        yield f"{_BADLY[row['ended']]}{speed}, {row['end_s']:.1f} s"
+    if end := _end(row):
+        yield end
     if row["accused"]:
         yield f"{', '.join(row['accused'])} accused"
+
+
+def _end(row: Row) -> str:
+    """Return how a flight ended badly, "" where none did."""
+    words = []
+    if row["lost_control_s"] is not None:
+        words.append(f"lost control, {row['lost_control_s']:.1f} s")
+    elif row["ended"] == "control_lost":
+        words.append(f"lost control before {row['end_s']:.1f} s")
+    if row["ended"] in _BADLY:
+        speed = "" if row["end_speed"] is None else f" at {row['end_speed']:.1f} m/s"
+        words.append(f"{_BADLY[row['ended']]}{speed}, {row['end_s']:.1f} s")
+    return ", ".join(words)
