@@ -3,78 +3,42 @@
 In: logs and a place for the table. Out: a Parquet file with one row a log, in the order of the
 logs. Each row is added to a file of JSON lines beside the table (``NAME.rows.jsonl``) as soon as it
 is there; when all are, the table takes its name and the lines go away. With ``resume`` the rows of
-an older table and of such lines are kept where the log (size and time of change), the version,
-model and policy are the same; only a log whose worker died is tried again.
+an older table and of such lines are kept where the log (size and time of change), our code, the
+libraries, model and policy (their content) are the same. A row that is damaged is told and made
+anew, and so is one whose worker died.
 
-Columns are those of `fdi.fleet.analyze_log`: ``accused``, ``consequences``, ``ruled_out``,
-``not_testable`` and ``warnings`` are lists of text, ``findings`` and ``quality`` lists of structs,
-``timings_s`` a map, ``fingerprint`` what a row is known by when work is resumed.
+One run at a time works on a table: it holds a lock of the operating system on ``.NAME.lock``,
+which ends with the process, however that ends; the file itself means nothing.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from io import BytesIO
+from contextlib import closing, contextmanager
+from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Final
 
-from fdi import __version__
-from fdi.errors import OutputError
+from fdi.decision import load_policy
+from fdi.errors import FdiError, OutputError
 from fdi.fleet import Job, Row, rows
+from fdi.model import load_airframe
+from fdi.model.load import models_folder
 from fdi.report.folder import write_file
+from fdi.table import is_table, line_of, row_of, rows_of, table_of
 from fdi.telemetry.search import state
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 Progress = Callable[[str, float], None]
+Tell = Callable[[str], None]
 
-_OURS: Final = {b"tool": b"uav-fdi", b"holds": b"batch"}
 _TRIED_AGAIN: Final = "WorkerDied"
-_FINDING: Final = {
-    "rank": "int64",
-    "flight": "int64",
-    "component": "string",
-    "faults": ["string"],
-    "kind": "string",
-    "onset_s": "double",
-    "onset_boot_s": "double",
-    "alarm_s": "double",
-    "end_s": "double",
-    "confidence": "double",
-    "grounds": {"share": "double", "strength": "double", "exclusive": "bool", "part": "bool"},
-    "text": "string",
-}
-_COLUMNS: Final[dict[str, Any]] = {
-    "path": "string",
-    "format": "string",
-    "sha256": "string",
-    "bytes": "int64",
-    "duration_s": "double",
-    "vehicle": "string",
-    "autopilot": "string",
-    "firmware": "string",
-    "flights": "int64",
-    "airborne_s": "double",
-    "model": "string",
-    "policy": "string",
-    "verdict": "string",
-    "accused": ["string"],
-    "findings": [_FINDING],
-    "consequences": ["string"],
-    "ruled_out": ["string"],
-    "not_testable": ["string"],
-    "quality": [{"kind": "string", "count": "int64", "text": "string"}],
-    "warnings": ["string"],
-    "timings_s": "map",
-    "seconds": "double",
-    "error": "string",
-    "error_kind": "string",
-    "fingerprint": "string",
-}
+_LIBRARIES: Final = ("numpy", "scipy", "pandas", "sympy", "pymavlink")
+"""What the numbers in a row go through; another version may give others."""
 
 
 def batch(
@@ -85,6 +49,7 @@ def batch(
     cluster: str | None = None,
     resume: bool = False,
     progress: Progress | None = None,
+    tell: Tell | None = None,
 ) -> list[Row]:
     """Analyse many logs into a Parquet file and return its rows, in the order of the jobs.
 
@@ -98,80 +63,176 @@ def batch(
         Keep what an earlier run found.
     progress : callable, optional
         Is told the log that is done and the share of all.
+    tell : callable, optional
+        Is told, in a line each, what of an earlier run is damaged and made anew.
 
     Raises
     ------
     OutputError
-        The table cannot be written, is not ours, or an earlier run was interrupted and is not to
-        be resumed.
+        The table cannot be written, is not ours, another run is at it, or an earlier one was
+        interrupted and is not to be resumed.
     UsageError
         The number of workers is wrong, or there is no cluster at the address.
     """
-    check_table(out, resume=resume)
-    marks = [fingerprint(job) for job in jobs]
-    kept = {row["fingerprint"]: row for row in _earlier(out)} if resume else {}
-    done = {i: kept[mark] for i, mark in enumerate(marks) if mark in kept}
-    left = [i for i in range(len(jobs)) if i not in done]
-    with _lines(out, done.values()) as add:
-        for k, row in rows([jobs[i] for i in left], workers=workers, cluster=cluster):
-            number = left[k]
-            done[number] = {**row, "fingerprint": marks[number]}
-            add(done[number])
-            if progress:
-                progress(Path(row["path"]).name, len(done) / len(jobs))
-    ordered = [done[i] for i in range(len(jobs))]
-    write_file(out, _parquet(ordered))
-    _beside(out).unlink()
+    with _alone(out):
+        _check_place(out, resume=resume)
+        marks = fingerprints(jobs)
+        kept = {row["fingerprint"]: row for row in _earlier(out, tell)} if resume else {}
+        done = {i: kept[mark] for i, mark in enumerate(marks) if mark in kept}
+        left = [i for i in range(len(jobs)) if i not in done]
+        work = closing(rows([jobs[i] for i in left], workers=workers, cluster=cluster))
+        with _lines(out, done.values()) as add, work as found:
+            for k, row in found:
+                number = left[k]
+                done[number] = {**row, "fingerprint": marks[number]}
+                add(done[number])
+                if progress:
+                    progress(Path(row["path"]).name, len(done) / len(jobs))
+        ordered = [done[i] for i in range(len(jobs))]
+        write_file(out, table_of(ordered))
+        _beside(out).unlink()
     return ordered
 
 
-def check_table(out: Path, *, resume: bool) -> None:
-    """Refuse a place that holds something else, or what an interrupted run has found.
+def fingerprints(jobs: Sequence[Job]) -> list[str | None]:
+    """Return what tells that a row is still true: log, code, libraries, model and policy as now.
 
-    Raises
-    ------
-    OutputError
-        It does.
+    None where nothing tells that: the log or the model is not there, or of no known state.
     """
-    if out.is_symlink() or _beside(out).is_symlink():
-        raise OutputError("is a symbolic link, which is not followed", where=str(out))
-    if out.exists() and (not out.is_file() or _read(out) is None):
-        raise OutputError("exists and is no table of fdi batch", where=str(out))
-    if _beside(out).exists() and not resume:
-        raise OutputError(
-            "holds what an interrupted run has found",
-            where=str(_beside(out)),
-            hint="go on with --resume, or remove the file to begin anew",
-        )
+    models = {name: _model_state(name) for name in {job.model for job in jobs}}
+    policies = {name: _policy_state(name) for name in {job.policy for job in jobs}}
+    code = code_state()
+    return [_mark(code, job, models[job.model], policies[job.policy]) for job in jobs]
 
 
-def fingerprint(job: Job) -> str:
-    """Return what tells that a row is still true: log, version, model and policy, as they are."""
-    own = (job.path, job.model, job.policy)
-    return json.dumps([__version__, *((name, state(name)) for name in own)])
+def _mark(code: str, job: Job, model: str | None, policy: str | None) -> str | None:
+    log = state(job.path)
+    if not log or model is None or policy is None:
+        return None
+    return json.dumps([code, [job.path, log], [job.model, model], [job.policy, policy]])
+
+
+def _model_state(name: str) -> str | None:
+    if name == "auto":
+        return ""  # one of those that are part of the code
+    try:
+        return load_airframe(name).sha256
+    except FdiError:  # every row will say so
+        return None
+
+
+def _policy_state(name: str) -> str | None:
+    try:
+        return load_policy(name).sha256
+    except FdiError:
+        return None
+
+
+@lru_cache(maxsize=1)
+def code_state() -> str:
+    """Return a digest of the package, the shipped models and the libraries' versions."""
+    total = hashlib.sha256()
+    for folder in (Path(__file__).parent, models_folder()):
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                name, content = str(path.relative_to(folder)).encode(), path.read_bytes()
+                total.update(b"%d %d " % (len(name), len(content)) + name + content)
+    total.update(json.dumps([[name, version(name)] for name in _LIBRARIES]).encode())
+    return total.hexdigest()
 
 
 def _beside(out: Path) -> Path:
     return out.with_name(f"{out.name}.rows.jsonl")
 
 
-def _line(row: Row) -> str:
-    return json.dumps(row, allow_nan=False) + "\n"
+@contextmanager
+def _alone(out: Path) -> Iterator[None]:
+    """Hold the lock of a table; the file that carries it goes away with the one that holds it."""
+    path = out.with_name(f".{out.name}.lock")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        handle = _locked(path)
+    except OSError as error:
+        raise OutputError(f"cannot be written: {error.strerror}", where=str(out)) from error
+    if handle is None:
+        raise OutputError(
+            "another fdi batch is writing it", where=str(out), hint="wait, or name another file"
+        )
+    try:
+        yield
+    finally:
+        if sys.platform != "win32":  # while it is locked, or it might be another's
+            path.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def _locked(path: Path) -> int | None:
+    """Return the handle of a file that is locked by us alone, None where it is by somebody else."""
+    while True:  # once more for each run that ended between the two steps
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        try:
+            _lock(handle)
+            if sys.platform == "win32" or _is_at(path, handle):
+                return handle
+        except (BlockingIOError, PermissionError):
+            os.close(handle)
+            return None
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    if sys.platform == "win32":
+        import msvcrt
+
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _is_at(path: Path, handle: int) -> bool:
+    """Return whether a file is still the one of that name: who held it removes it at the end."""
+    try:
+        return os.path.samestat(os.fstat(handle), os.lstat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _check_place(out: Path, *, resume: bool) -> None:
+    """Refuse a place that holds something else, or what an interrupted run has found."""
+    lines = _beside(out)
+    for path in (out, lines):
+        if path.is_symlink():
+            raise OutputError("is a symbolic link, which is not followed", where=str(path))
+        if path.exists() and not path.is_file():
+            raise OutputError("exists and is no file", where=str(path))
+    if out.exists() and not is_table(out):
+        raise OutputError(
+            "exists and is no table of fdi batch, or one whose end is damaged",
+            where=str(out),
+            hint="move it away, or name another file",
+        )
+    if lines.exists() and not resume:
+        raise OutputError(
+            "holds what an interrupted run has found",
+            where=str(lines),
+            hint="go on with --resume, or remove the file to begin anew",
+        )
 
 
 @contextmanager
 def _lines(out: Path, kept: Iterable[Row]) -> Iterator[Callable[[Row], None]]:
     """Open the file of lines, with those that are kept in it, and hand out what adds one."""
     path = _beside(out)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot be written: {error.strerror}", where=str(out)) from error
-    write_file(path, "".join(map(_line, kept)).encode())
+    write_file(path, "".join(map(line_of, kept)).encode())
     with path.open("ab", buffering=0) as file:  # a full disk is told by the line, not at the end
 
         def add(row: Row) -> None:
-            rest = _line(row).encode()
+            rest = line_of(row).encode()
             try:
                 while rest:
                     rest = rest[file.write(rest) :]
@@ -185,66 +246,25 @@ def _lines(out: Path, kept: Iterable[Row]) -> Iterator[Callable[[Row], None]]:
         yield add
 
 
-def _earlier(out: Path) -> Iterator[Row]:
-    """Yield the rows of an older table and of an interrupted run that still say something."""
-    found = [*(_read(out) or []), *_interrupted(_beside(out))]
-    for row in found:
-        is_known = json.loads(row["fingerprint"])[1][1] != ""
-        if is_known and row["error_kind"] != _TRIED_AGAIN:
-            yield row
+def _earlier(out: Path, tell: Tell | None) -> Iterator[Row]:
+    """Yield the rows of an older table and of an interrupted run, and tell of what is damaged."""
+    tell = tell or (lambda _: None)
+    if out.exists():
+        found = rows_of(out)
+        if found is None:
+            tell(f"{out} is damaged or of another version; all its logs are analysed again")
+        yield from filter(_is_an_answer, found or ())
+    if _beside(out).exists():
+        lines = _beside(out).read_text("utf-8", errors="replace").splitlines()
+        read = [row_of(line) for line in lines]
+        damaged = read.count(None)
+        if damaged:
+            tell(
+                f"{_beside(out)}: {damaged} of {len(lines)} rows cut, damaged or of another "
+                "version; their logs are analysed again"
+            )
+        yield from (row for row in read if row is not None and _is_an_answer(row))
 
 
-def _interrupted(path: Path) -> Iterator[Row]:
-    if not path.is_file():
-        return
-    for line in path.read_text("utf-8", errors="replace").splitlines():
-        try:
-            row = json.loads(line)
-            is_whole = isinstance(row, dict) and row.keys() == _COLUMNS.keys()
-        except ValueError:  # the line at which the run was cut
-            is_whole = False
-        if is_whole:
-            yield row
-
-
-def _parquet(ordered: Sequence[Row]) -> bytes:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    schema = pa.schema([(name, _type(what)) for name, what in _COLUMNS.items()])
-    ordered = [{**row, "timings_s": list(row["timings_s"].items())} for row in ordered]
-    table = pa.Table.from_pylist(ordered, schema=schema.with_metadata(_OURS))
-    buffer = BytesIO()
-    pq.write_table(table, buffer)
-    return buffer.getvalue()
-
-
-def _type(what: Any) -> pa.DataType:
-    """Return the Arrow type of a column: a name, [type of a list's items], {field: type}."""
-    import pyarrow as pa
-
-    if isinstance(what, list):
-        return pa.list_(_type(what[0]))
-    if isinstance(what, dict):
-        return pa.struct([(name, _type(inner)) for name, inner in what.items()])
-    if what == "map":
-        return pa.map_(pa.string(), pa.float64())
-    return pa.type_for_alias(what)
-
-
-def _read(out: Path) -> list[Row] | None:
-    """Return the rows of a table of ours, None where it is none."""
-    if not out.is_file() or not os.path.getsize(out):
-        return None
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        table = pq.read_table(out)
-    except (OSError, pa.ArrowInvalid):
-        return None
-    about = table.schema.metadata or {}
-    is_ours = all(about.get(key) == value for key, value in _OURS.items())
-    if not is_ours or set(table.column_names) != set(_COLUMNS):
-        return None
-    return [{**row, "timings_s": dict(row["timings_s"])} for row in table.to_pylist()]
+def _is_an_answer(row: Row) -> bool:
+    return row["fingerprint"] is not None and row["error_kind"] != _TRIED_AGAIN

@@ -11,14 +11,16 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import sys
+import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
@@ -33,6 +35,8 @@ Work = Callable[["Job"], Row]
 
 AHEAD: Final = 4
 """Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
+ENDS: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
+"""How a flight may end, the worst first."""
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -91,6 +95,10 @@ def _empty(job: Job) -> Row:
         "firmware": None,
         "flights": None,
         "airborne_s": None,
+        "ended": None,
+        "end_s": None,
+        "end_speed": None,
+        "lost_control_s": None,
         "model": None,
         "policy": job.policy,
         "verdict": None,
@@ -123,6 +131,7 @@ def _told(found: Analysis) -> Row:
         "firmware": log.firmware,
         "flights": len(log.flights),
         "airborne_s": round(sum(high - low for low, high in spans), 3),
+        **_worst(tree.get("ends", [])),
         "model": found.airframe.name,
         "policy": found.policy.name,
         "verdict": found.verdict,
@@ -139,6 +148,24 @@ def _told(found: Analysis) -> Row:
         "warnings": tree["warnings"],
         "timings_s": tree["timings_s"],
     }
+
+
+def _worst(ends: Sequence[Row]) -> Row:
+    """Return how the flight ended that ended worst; of those alike, the last."""
+    if not ends:
+        return {}
+    end = min(ends, key=_rank)
+    return {
+        "ended": end["how"],
+        "end_s": end["at_s"],
+        "end_speed": end["speed"],
+        "lost_control_s": end["lost_control_s"],
+    }
+
+
+def _rank(end: Row) -> tuple[bool, int, int]:
+    is_bad = end["how"] in ("impact", "control_lost") or end["lost_control_s"] is not None
+    return not is_bad, ENDS.index(end["how"]), -end["flight"]
 
 
 def _finding(item: Row) -> Row:
@@ -187,7 +214,7 @@ def rows(
     workers: int = 1,
     cluster: str | None = None,
     work: Work = analyze_log,
-) -> Iterator[tuple[int, Row]]:
+) -> Generator[tuple[int, Row], None, None]:
     """Yield the number of each job with its row, in the order in which they get done.
 
     Parameters
@@ -227,7 +254,7 @@ def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tup
                 while waiting or under_way:
                     while waiting and len(under_way) < AHEAD * workers:
                         item = waiting.pop()
-                        under_way[pool.submit(work, item[1])] = item
+                        under_way[_submitted(pool, work, item[1])] = item
                     done, _ = wait(under_way, return_when=FIRST_COMPLETED)
                     for future in done:
                         row = future.result()
@@ -237,7 +264,7 @@ def _in_processes(jobs: Sequence[Job], workers: int, work: Work) -> Iterator[tup
     for number, job in sorted(suspects):
         with _pool(1) as pool:
             try:
-                yield number, pool.submit(work, job).result()
+                yield number, _submitted(pool, work, job).result()
             except BrokenProcessPool:
                 yield number, lost(job, "the process that read it died (out of memory?)")
 
@@ -256,7 +283,9 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     others = set(active_children())
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a process loads its libraries
     try:
-        with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_no_interrupt) as pool:
+        with ProcessPoolExecutor(
+            workers, get_context("spawn"), initializer=_prepare_worker
+        ) as pool:
             try:
                 yield pool
             except BaseException:  # what has begun need not end
@@ -272,9 +301,35 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
                 os.environ[name] = value
 
 
-def _no_interrupt() -> None:
-    """Leave Ctrl-C, which a terminal sends to every process, to the one that gave the work."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _submitted(pool: ProcessPoolExecutor, work: Work, job: Job) -> Future[Row]:
+    """Hand out a job; a process that is started for it never hears Ctrl-C.
+
+    A terminal sends that to every process; it is for the one that gave the work. What is blocked
+    here is blocked in the new process from its first instruction on, also while it imports.
+    """
+    if sys.platform == "win32":
+        return pool.submit(work, job)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(work, job)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _prepare_worker() -> None:
+    """Let a process end with the one that gave the work, also where that is killed.
+
+    The pipe to the parent is closed by the system when it ends, however it does.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where nothing can be blocked
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _on_cluster(jobs: Sequence[Job], address: str, work: Work) -> Iterator[tuple[int, Row]]:

@@ -100,7 +100,7 @@ class Analysis:
         formats : sequence of str, optional
             Of ``html, json, csv, png, svg, txt, parquet``; by default all.
         force : bool
-            Replace a folder that is not one of ours.
+            Write into a folder that is not ours; no file in it that is not ours is lost.
 
         Raises
         ------

@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
 import fdi.batch
-from fdi.batch import batch, fingerprint
+from fdi.batch import batch, code_state, fingerprints
+from fdi.cli import main
 from fdi.errors import LogError, OutputError, UsageError
 from fdi.fleet import Job, lost
 from fdi.telemetry.search import find_logs
@@ -128,15 +130,186 @@ def test_only_what_changed_is_analysed_again(four, analysed, tmp_path, monkeypat
     os.utime(four[2].path, (1, 1))
     batch(four[::-1], out, resume=True)
     assert analysed == ["c.tlog", "b.tlog"]
-    monkeypatch.setattr(fdi.batch, "__version__", "another")
+    monkeypatch.setattr(fdi.batch, "code_state", lambda: "another")
     batch(four, out, resume=True)
     assert analysed[2:] == ["a.tlog", "b.tlog", "c.tlog", "d.tlog"]
 
 
 def test_another_policy_is_another_row(four):
     job = four[0]
-    assert fingerprint(job) != fingerprint(Job(job.path, policy="paper"))
-    assert fingerprint(job) == fingerprint(Job(job.path))
+    same, other, again = fingerprints([job, Job(job.path, policy="paper"), Job(job.path)])
+    assert other != same == again
+
+
+def test_another_content_of_the_model_is_another_row(four, analysed, tmp_path, monkeypatch):
+    """Also in a file that the model includes, and with the times of the files as they were."""
+    model, part = tmp_path / "mine.yaml", tmp_path / "part.yaml"
+    part.write_text("format: 1\nname: part\ncomponents: {gps: {group: sensor}}\n")
+    model.write_text("format: 1\nname: mine\ndescription: One\ninclude: [part.yaml]\n")
+    before = part.stat()
+    job = Job(four[0].path, model=str(model))
+    batch([job], tmp_path / "t.parquet")
+    batch([job], tmp_path / "t.parquet", resume=True)
+    assert analysed == ["a.tlog"]
+    part.write_text(part.read_text().replace("gps", "gsp"))
+    os.utime(part, ns=(before.st_atime_ns, before.st_mtime_ns))
+    batch([job], tmp_path / "t.parquet", resume=True)
+    assert analysed == ["a.tlog", "a.tlog"]
+
+
+@pytest.mark.parametrize("place", ["package/telemetry/reader.py", "models/plane.yaml"])
+def test_the_state_of_the_code_is_its_content(tmp_path, monkeypatch, place):
+    for name in ("package/telemetry/reader.py", "models/plane.yaml", "package/batch.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("content")
+    monkeypatch.setattr(fdi.batch, "__file__", str(tmp_path / "package/batch.py"))
+    monkeypatch.setattr(fdi.batch, "models_folder", lambda: tmp_path / "models")
+    before = code_state.__wrapped__()
+    os.utime(tmp_path / place, (1, 1))
+    assert code_state.__wrapped__() == before
+    (tmp_path / place).write_text("another")
+    assert code_state.__wrapped__() != before
+
+
+def test_a_log_without_a_known_state_is_analysed_again(four, analysed, tmp_path):
+    missing = Job(str(tmp_path / "missing.tlog"))
+    batch([missing], tmp_path / "t.parquet")
+    batch([missing], tmp_path / "t.parquet", resume=True)
+    assert analysed == ["missing.tlog"] * 2
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text.replace("b.tlog", "x.tlog"),
+        lambda text: text.replace('"accused": []', '"accused": ["motor_1"]', 1),
+        lambda text: text[: text.index("\n") - 3] + text[text.index("\n") :],
+        lambda text: "[]\n" + text.partition("\n")[2],
+        lambda text: "{}\n" + text.partition("\n")[2],
+        lambda text: text[:-20],
+        lambda text: "[" * 100_000 + "\n" + text.partition("\n")[2],
+    ],
+)
+def test_a_damaged_row_is_told_and_made_anew(four, analysed, tmp_path, monkeypatch, damage):
+    out, lines, told = tmp_path / "t.parquet", tmp_path / "t.parquet.rows.jsonl", []
+    with monkeypatch.context() as patch:
+        patch.setattr(fdi.batch, "rows", stopped_after(2))
+        with pytest.raises(KeyboardInterrupt):
+            batch(four, out)
+    text = lines.read_text()
+    assert damage(text) != text
+    lines.write_text(damage(text))
+    found = batch(four, out, resume=True, tell=told.append)
+    assert len(analysed) == 3
+    assert [row["path"] for row in found] == [job.path for job in four]
+    assert not any(row["accused"] for row in found)
+    assert len(told) == 1
+    assert "1 of 2 rows cut, damaged" in told[0]
+
+
+def test_a_damaged_table_is_told_and_made_anew(four, analysed, tmp_path):
+    out, told = tmp_path / "t.parquet", []
+    batch(four, out)
+    content = bytearray(out.read_bytes())
+    content[content.index(b"a.tlog")] ^= 1
+    out.write_bytes(content)
+    analysed.clear()
+    found = batch(four, out, resume=True, tell=told.append)
+    assert len(analysed) == 4
+    assert [row["path"] for row in found] == [job.path for job in four]
+    assert len(told) == 1
+    assert "is damaged" in told[0]
+
+
+def test_no_flipped_byte_of_a_table_is_believed(four, analysed, tmp_path, monkeypatch):
+    """A byte is either without meaning, or the rows are made anew, or the file is no table."""
+    out = tmp_path / "t.parquet"
+    monkeypatch.setattr(fdi.batch, "code_state", lambda: "as it is")
+    expected = batch(four, out)
+    whole = out.read_bytes()
+    for at in range(0, len(whole), len(whole) // 40):
+        out.write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
+        with suppress(OutputError):
+            assert batch(four, out, resume=True) == expected
+
+
+def test_a_second_run_on_a_table_is_refused_while_the_first_works(four, tmp_path, monkeypatch):
+    out = tmp_path / "t.parquet"
+    refused = []
+
+    def rows(jobs, **options):
+        with pytest.raises(OutputError, match="another fdi batch is writing it") as caught:
+            batch(four, out, resume=True)
+        refused.append(caught.value.exit_code)
+        yield from fake_rows(jobs, **options)
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+    batch(four, out)
+    assert refused == [5]
+    assert not list(tmp_path.glob(".*"))
+
+
+def pids_below(pid):
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [int(child) for child in found]
+
+
+def is_alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="no /proc here")
+def test_a_killed_run_leaves_no_workers_and_no_lock(tmp_path):
+    logs = []
+    for number in range(12):  # some minutes of work
+        logs.append(str(tmp_path / f"{number}.tlog"))
+        shutil.copy(EXAMPLES / "copter_motor_failure_crash.tlog", logs[-1])
+    out, bad = tmp_path / "t.parquet", tmp_path / "a.bin"
+    bad.write_bytes(b"done at once")
+    lines = tmp_path / "t.parquet.rows.jsonl"
+    words = ["batch", *logs, str(bad), "--out", str(out), "--workers", "2"]
+    with subprocess.Popen(FDI + words, stderr=subprocess.DEVNULL) as process:
+        limit = time.monotonic() + 60
+        while not (lines.exists() and lines.stat().st_size) and time.monotonic() < limit:
+            time.sleep(0.01)
+        workers = pids_below(process.pid)
+        assert len(workers) >= 2
+        process.kill()
+    limit = time.monotonic() + 10
+    while any(map(is_alive, workers)) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not [pid for pid in workers if is_alive(pid)]
+    assert (tmp_path / ".t.parquet.lock").exists()
+    again = ["batch", str(bad), "--out", str(out), "--workers", "1"]
+    ended = subprocess.run([*FDI, *again, "--resume"], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 0, ended.stderr
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_the_summary_names_the_flights_that_need_a_look(four, tmp_path, monkeypatch, capsys):
+    changes = [
+        {"accused": ["gps"]},
+        {"ended": "in_air", "end_s": 60.0},
+        {"ended": "impact", "end_s": 68.84, "end_speed": 12.93, "lost_control_s": 66.0},
+        {"error": "cannot be read", "error_kind": "LogError"},
+    ]
+
+    def rows(jobs, **options):
+        for number, row in fake_rows(jobs, **options):
+            yield number, {**row, **changes[number]}
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+    assert main(["batch", *(job.path for job in four), "--out", str(tmp_path / "t.parquet")]) == 0
+    first, *looks = capsys.readouterr().out.splitlines()
+    assert first.endswith("t.parquet: 1 with an accusation, 1 ended badly, 1 without an analysis")
+    assert [line.partition(": ")[2] for line in looks] == [
+        "lost control, 66.0 s, hit the ground at 12.9 m/s, 68.8 s",
+        "gps accused",
+        "no analysis: cannot be read",
+    ]
 
 
 def test_a_log_whose_worker_died_is_tried_again(four, analysed, tmp_path, monkeypatch):

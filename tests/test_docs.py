@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
-from fdi.cli.main import fdi as group
+from fdi.cli.commands import fdi as group
 from fdi.model import load_airframe
 from fdi.model.repeat import repeated
 from fdi.model.yaml import parse_document

@@ -5,6 +5,7 @@ import signal
 
 import pytest
 
+import fdi.result
 from fdi.errors import UsageError
 from fdi.fleet import Job, analyze_log, rows
 
@@ -24,6 +25,33 @@ def test_a_log_is_a_row_with_the_findings_of_its_analysis():
     assert row["accused"] == ["motor_1"]
     assert row["findings"][0]["rank"] == 1
     assert row["airborne_s"] > 10
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        ([], (None, None, None, None)),
+        ([("landed", 60.0, 0.5, None)], ("landed", 60.0, 0.5, None)),
+        ([("impact", 30.0, 9.0, None), ("landed", 60.0, 0.5, None)], ("impact", 30.0, 9.0, None)),
+        (
+            [("in_air", 30.0, None, None), ("control_lost", 60.0, None, 58.0)],
+            ("control_lost", 60.0, None, 58.0),
+        ),
+        ([("landed", 30.0, 0.4, None), ("landed", 60.0, 0.5, None)], ("landed", 60.0, 0.5, None)),
+        ([("landed", 30.0, 0.4, 28.0), ("failsafe", 60.0, 0.5, None)], ("landed", 30.0, 0.4, 28.0)),
+    ],
+)
+def test_a_row_says_how_the_flight_ended_that_ended_worst(monkeypatch, ends, expected):
+    document = fdi.result.document
+    keys = ("flight", "how", "at_s", "speed", "lost_control_s")
+
+    def told(found):
+        given = [dict(zip(keys, (number, *end), strict=True)) for number, end in enumerate(ends)]
+        return {**document(found), "ends": given}
+
+    monkeypatch.setattr(fdi.result, "document", told)
+    row = analyze_log(Job(LOG))
+    assert tuple(row[key] for key in ("ended", "end_s", "end_speed", "lost_control_s")) == expected
 
 
 def test_a_bad_log_is_a_row_with_the_same_keys(tmp_path):

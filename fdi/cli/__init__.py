@@ -3,7 +3,8 @@
 Given the words a person typed; sought the call they mean, such that every mistake is told in one
 line with the right exit code. Words -> exit code.
 
-- ``main.py``: the entry ``fdi``, and what an exception means to the shell
+- ``main.py``: the entry ``fdi``; ``interrupt.py``: how Ctrl-C ends it
+- ``commands.py``: which command is meant, and what an exception means to the shell
 - ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``, ``evaluate.py``, ``batch.py``,
   ``calibrate.py``, ``inject.py``: one command each
 - ``options.py``: what means the same in several commands

@@ -97,7 +97,11 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 )
 @click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
 @click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
-@click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
 @click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
 @NO_PROGRESS
@@ -128,14 +132,14 @@ def analyze(
         raise UsageError("--quiet and --verbose exclude each other")
     if as_json and formats is not None and out is None:
         raise UsageError("--json writes no files for --format", hint="name a folder with --out")
-    from fdi.report.files import chosen
+    from fdi.report.files import chosen, names_of
 
     wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
     folder = out if out is not None or as_json else Path(f"{Path(logs[0]).stem}.fdi")
     if folder is not None:
         from fdi.report import check_folder
 
-        check_folder(folder, force=force)
+        check_folder(folder, names=names_of(wanted), force=force)
     with progress_bar(not (quiet or no_progress)) as progress:
         from fdi.analysis import analyze as run
 

@@ -17,7 +17,11 @@ from fdi.cli.output import answer, progress_bar
     "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
 )
 @SYSTEM
-@click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+)
 @QUIET
 @NO_PROGRESS
 def convert(
@@ -26,18 +30,19 @@ def convert(
     """Write LOG as a folder with a Parquet file per message, in SI, and metadata.json."""
     from fdi.report import check_folder
     from fdi.report import convert as run
-    from fdi.report.convert import DOCUMENT
+    from fdi.report.convert import DOCUMENT, file_names
     from fdi.report.words import clean, plural, size
     from fdi.telemetry import read
 
-    check_folder(out, document=DOCUMENT, force=force)
+    check_folder(out, holds="log", force=force)
     with progress_bar(not (quiet or no_progress)) as progress:
         if progress:
             progress("read", 0.0)
         found = read(log, system=system)
         run(found, out, force=force, progress=progress)
     if not quiet:
-        total = size(sum(entry.stat().st_size for entry in out.iterdir()))
+        names = (*file_names(found.messages).values(), DOCUMENT)
+        total = size(sum((out / name).stat().st_size for name in names))
         told = f"{plural(len(found.messages), 'message')}, {total}, in {out}/"
         damage = plural(len(found.quality), "finding")
         told += f"; {damage} about the data, see {DOCUMENT}" if found.quality else ""

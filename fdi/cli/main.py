@@ -1,61 +1,15 @@
-"""The entry ``fdi``: which command is meant, and what does an exception mean to the shell?
+"""The entry ``fdi``: from the words a person typed to an exit code, also when interrupted.
 
-Every error this package raises on purpose is one line on standard error and its own exit code; what
-it did not foresee is a defect of ours: the traceback goes to a file that is named, and the code is
-70.
+It loads nothing but what hears Ctrl-C; the commands come after that, and with them all libraries.
 """
 
 from __future__ import annotations
 
-import logging
-import os
-import signal
-import sys
-import tempfile
-import traceback
-import warnings
-from collections.abc import Sequence
-from types import FrameType
-from typing import Final
+from fdi.cli.interrupt import INTERRUPTED, Interrupts
 
-import rich_click as click
-
-from fdi import __version__
-from fdi.cli.analyze import analyze
-from fdi.cli.batch import batch
-from fdi.cli.bus_error import end_with_a_line_on_bus_errors
-from fdi.cli.calibrate import calibrate
-from fdi.cli.convert import convert
-from fdi.cli.evaluate import evaluate
-from fdi.cli.info import info
-from fdi.cli.inject import inject
-from fdi.cli.output import complain, prepare_streams
-from fdi.cli.structure import structure
-from fdi.errors import FdiError, ModelError
-
-INTERRUPTED: Final = 130
-TERMINATED: Final = 143
-USAGE: Final = 2
-DEFECT: Final = 70
-
-
-@click.group(
-    invoke_without_command=True,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Example: fdi analyze flight.tlog",
-)
-@click.version_option(__version__, prog_name="fdi")
-@click.pass_context
-def fdi(context: click.Context) -> int:
-    """Find out from a drone's telemetry log which component failed first."""
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())
-        return USAGE
-    return 0
-
-
-for _command in (analyze, info, convert, structure, evaluate, batch, calibrate, inject):
-    fdi.add_command(_command)
+TYPE_CHECKING = False  # what `typing` has, without the 8 ms that it takes to load
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -64,63 +18,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        By default those of the process.
+        By default those of the process, which then has to end with the exit code.
     """
-    prepare_streams()
-    end_with_a_line_on_bus_errors()
-    _quieten()
+    interrupts = Interrupts()
     try:
-        result = fdi.main(
-            args=None if arguments is None else list(arguments),
-            prog_name="fdi",
-            standalone_mode=False,
-        )
-    except (click.Abort, KeyboardInterrupt):
-        complain("fdi: interrupted")
-        return INTERRUPTED
-    except click.ClickException as error:
-        complain(f"fdi: {error.format_message()} (try '{_called(error)} --help')")
-        return USAGE
-    except FdiError as error:
-        for line in error.problems if isinstance(error, ModelError) else (str(error),):
-            complain(f"fdi: {line}")
-        return error.exit_code
-    except Exception as error:  # noqa: BLE001 - the one place where a defect becomes a message
-        return _defect(error)
-    return result if isinstance(result, int) else 0
+        interrupts.listen(to_the_end=arguments is None)
+        from fdi.cli.commands import explain, run
 
-
-def _quieten() -> None:
-    """Keep what libraries tell developers from users, and let a kill clean up."""
-    if not sys.warnoptions:
-        warnings.simplefilter("ignore")
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    try:
-        signal.signal(signal.SIGTERM, _terminated)
-    except ValueError:  # not the main thread: whoever runs us there keeps its own handler
-        return
-
-
-def _terminated(number: int, frame: FrameType | None) -> None:
-    sys.exit(TERMINATED)
-
-
-def _called(error: click.ClickException) -> str:
-    context = getattr(error, "ctx", None)
-    return context.command_path if context is not None else "fdi"
-
-
-def _defect(error: Exception) -> int:
-    """Write the traceback of a defect to a file and say where."""
-    name = "nowhere: no file could be written"
-    try:
-        handle, name = tempfile.mkstemp(prefix="fdi-defect-", suffix=".txt")
-        with os.fdopen(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
-            file.write(f"fdi {__version__}, Python {sys.version}\n{sys.argv}\n\n")
-            traceback.print_exception(error, file=file)
-    except OSError:
-        traceback.print_exception(error)
-    complain(
-        f"fdi: a defect of ours ({type(error).__name__}): please report it with the file {name}"
-    )
-    return DEFECT
+        try:
+            code = run(arguments)
+        except Exception as error:
+            if interrupts.seen:  # what an interrupt became on its way
+                raise
+            code = explain(error)
+        interrupts.is_over()
+    except BaseException as error:
+        interrupts.is_over()
+        if not interrupts.seen and not isinstance(error, KeyboardInterrupt):
+            raise
+        interrupts.seen = True
+    if interrupts.seen:
+        interrupts.say()
+        code = INTERRUPTED
+    if arguments is not None:
+        interrupts.hand_back()
+    return code

@@ -3,7 +3,7 @@
 Given an ``Analysis``; sought texts, figures, tables and files, such that nothing the analysis knows
 is left out and nothing is said that it does not know. ``Analysis`` -> folder, text, figure.
 
-- ``folder.py``: the report's folder, written whole or not at all
+- ``folder.py``: a folder of ours, written in place; ``manifest.py``: which files in it are ours
 - ``files.py``: which files it holds, and what is in each
 - ``text.py``: the analysis for a terminal; ``log_text.py``, ``model_text.py``: a log, a model
 - ``html.py`` and ``templates/``: one page to hand over

@@ -45,7 +45,7 @@ def convert(
     log : Log
     out : str or Path
     force : bool
-        Write into a folder that is not ours; files of other names in it stay.
+        Write into a folder that is not ours; no file in it that is not ours is lost.
     progress : callable, optional
         Is told the message at hand and the share of records done.
 
@@ -66,7 +66,8 @@ def convert(
             "autopilot": log.autopilot,
         },
     }
-    with fresh_folder(Path(out), document=DOCUMENT, own=_written_before, force=force) as fresh:
+    written = (*names.values(), DOCUMENT)
+    with fresh_folder(Path(out), holds="log", names=written, force=force) as fresh:
         for key, message in log.messages.items():
             if progress:
                 progress(key, done / total)
@@ -100,15 +101,6 @@ def file_names(keys: Iterable[str]) -> dict[str, str]:
         taken.add(name.lower())
         names[key] = f"{name}.parquet"
     return names
-
-
-def _written_before(folder: Path) -> frozenset[str]:
-    """Return the names of the files that an earlier conversion wrote into a folder."""
-    try:
-        files = json.loads((folder / DOCUMENT).read_bytes())["files"]
-        return frozenset({DOCUMENT, *map(str, files.values())})
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return frozenset({DOCUMENT})
 
 
 def _write(path: Path, message: Message, about: dict[str, Any]) -> None:

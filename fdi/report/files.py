@@ -18,22 +18,17 @@ from fdi.report.tables import fault_grid_csv, isolability_csv, residuals_parquet
 from fdi.report.text import summary
 from fdi.result import Analysis
 
-FORMATS: Final = ("html", "json", "csv", "png", "svg", "txt", "parquet")
-NAMES: Final = frozenset(
-    {
-        "analysis.json",
-        "report.html",
-        "summary.txt",
-        "fault_grid.csv",
-        "fault_grid.png",
-        "fault_grid.svg",
-        "isolability.csv",
-        "isolability.png",
-        "isolability.svg",
-        "residuals.parquet",
-    }
-)
-"""Every file that a report may hold."""
+FILES: Final = {
+    "html": ("report.html",),
+    "json": ("analysis.json",),
+    "csv": ("fault_grid.csv", "isolability.csv"),
+    "png": ("fault_grid.png", "isolability.png"),
+    "svg": ("fault_grid.svg", "isolability.svg"),
+    "txt": ("summary.txt",),
+    "parquet": ("residuals.parquet",),
+}
+"""The files of a report, by format."""
+FORMATS: Final = tuple(FILES)
 
 
 def chosen(formats: Sequence[str] | None) -> tuple[str, ...]:
@@ -53,6 +48,11 @@ def chosen(formats: Sequence[str] | None) -> tuple[str, ...]:
             hint=f"known: {', '.join(FORMATS)}",
         )
     return tuple(name for name in FORMATS if name in formats)
+
+
+def names_of(formats: Sequence[str]) -> tuple[str, ...]:
+    """Return the files that a report in these formats holds."""
+    return tuple(name for kind in formats for name in FILES[kind])
 
 
 def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, bytes]]:

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from fdi.report.files import NAMES
+from fdi.report.files import FORMATS, names_of
 
 from .conftest import LOG, Run
 
@@ -15,7 +15,8 @@ def test_it_prints_the_verdict_and_writes_the_folder_here(run: Run, model: Path)
     assert ended.code == 0
     assert "Motor 1 (front right) failed first" in ended.out
     folder = Path(f"{LOG.stem}.fdi")
-    assert {entry.name for entry in folder.iterdir()} == NAMES
+    written = {entry.name for entry in folder.iterdir()}
+    assert written == {*names_of(FORMATS), ".fdi-manifest.json"}
     assert not list(LOG.parent.glob("*.fdi"))
 
 

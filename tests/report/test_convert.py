@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import OutputError
-from fdi.report import convert
+from fdi.report import convert, write_report
 from fdi.report.convert import LONGEST, file_names
-from fdi.report.json_text import json_text
+from fdi.result import Analysis
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
 from fdi.units import Conversion
@@ -26,6 +26,7 @@ from fdi.units import Conversion
 from .build import message, small_log
 from .test_documents import log_validator
 
+LIST = ".fdi-manifest.json"
 LOGS = [
     EXAMPLES / "copter_motor_failure_crash.tlog",
     SHARED / "sitl" / "copter" / "c90_crash_motor1_x0.2.BIN",
@@ -132,7 +133,7 @@ def test_hostile_message_names_stay_in_the_folder(tmp_path: Path) -> None:
     assert [entry.name for entry in (tmp_path / "a").iterdir()] == ["out"]
     written = {entry.name for entry in (tmp_path / "a" / "out").iterdir()}
     document = json.loads((tmp_path / "a" / "out" / "metadata.json").read_text())
-    assert written == {*document["files"].values(), "metadata.json"}
+    assert written == {*document["files"].values(), "metadata.json", LIST}
     assert set(document["files"]) == set(HOSTILE)
 
 
@@ -145,10 +146,21 @@ def test_folder_of_ours_is_replaced_and_foreign_files_in_it_stay(tmp_path: Path)
     convert(small_log(), out)
     (out / "mine.parquet").write_text("mine")
     convert(log_with(), out)
-    assert names_in(out) == {"M.parquet", "metadata.json", "mine.parquet"}
-    (out / "metadata.json").write_text('{"tool": {"name": "uav-fdi"}, "files": [1]}')
-    convert(small_log(), out)  # a damaged list: what it does not name stays
-    assert {"M.parquet", "VFR_HUD.parquet", "mine.parquet"} < names_in(out)
+    assert names_in(out) == {"M.parquet", "metadata.json", "mine.parquet", LIST}
+
+
+def test_what_a_foreign_document_lists_stays(tmp_path: Path) -> None:
+    """A document that looks like ours and lists somebody's files deletes none of them."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "survey.parquet").write_text("precious")
+    document = {"tool": {"name": "uav-fdi"}, "files": {"A": "survey.parquet"}}
+    (out / "metadata.json").write_text(json.dumps(document))
+    with pytest.raises(OutputError):
+        convert(small_log(), out)
+    convert(small_log(), out, force=True)
+    assert (out / "survey.parquet").read_text() == "precious"
+    assert json.loads((out / "metadata.json.1").read_text()) == document
 
 
 def test_folder_of_somebody_else_needs_force(tmp_path: Path) -> None:
@@ -160,11 +172,10 @@ def test_folder_of_somebody_else_needs_force(tmp_path: Path) -> None:
     assert {"mine", "metadata.json"} < names_in(tmp_path)
 
 
-def test_report_is_not_a_converted_log(tmp_path: Path) -> None:
+def test_report_is_not_a_converted_log(analysis: Analysis, tmp_path: Path) -> None:
     """Each kind of folder is replaced only by its own."""
-    document: dict[str, Any] = {"schema_version": 1, "tool": {"name": "uav-fdi"}}
-    (tmp_path / "analysis.json").write_text(json_text(document))
-    with pytest.raises(OutputError, match="--force"):
+    write_report(analysis, tmp_path, ["json"])
+    with pytest.raises(OutputError, match="holds a report, not a converted log"):
         convert(small_log(), tmp_path)
 
 

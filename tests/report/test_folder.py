@@ -1,5 +1,8 @@
+import hashlib
 import json
 import os
+import stat
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +11,11 @@ import pytest
 from fdi.errors import OutputError, UsageError
 from fdi.report import check_folder, write_file, write_report
 from fdi.report import folder as folder_module
-from fdi.report.files import NAMES
+from fdi.report.files import FORMATS, names_of
 from fdi.result import Analysis
+
+LIST = ".fdi-manifest.json"
+NAMES = {*names_of(FORMATS), LIST}
 
 
 def names(folder: Path) -> set[str]:
@@ -25,9 +31,9 @@ def test_a_report_holds_every_promised_file(analysis: Analysis, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("formats", "files"),
     [
-        (["json"], {"analysis.json"}),
-        (["txt", "csv"], {"summary.txt", "fault_grid.csv", "isolability.csv", ".fdi-report"}),
-        (["parquet", "json"], {"residuals.parquet", "analysis.json"}),
+        (["json"], {"analysis.json", LIST}),
+        (["txt", "csv"], {"summary.txt", "fault_grid.csv", "isolability.csv", LIST}),
+        (["parquet", "json"], {"residuals.parquet", "analysis.json", LIST}),
     ],
 )
 def test_format_narrows_what_is_written(
@@ -53,7 +59,7 @@ def test_a_folder_of_ours_is_replaced_and_foreign_files_in_it_stay(
     write_report(analysis, out, first)
     (out / "my notes.txt").write_text("mine")
     write_report(analysis, out, ["csv"])
-    assert names(out) == {"fault_grid.csv", "isolability.csv", ".fdi-report", "my notes.txt"}
+    assert names(out) == {"fault_grid.csv", "isolability.csv", LIST, "my notes.txt"}
     assert names(tmp_path) == {"out"}
 
 
@@ -70,7 +76,7 @@ def test_a_foreign_folder_is_refused_without_force(analysis: Analysis, tmp_path:
 
 def test_an_empty_folder_is_used(analysis: Analysis, tmp_path: Path) -> None:
     write_report(analysis, tmp_path, ["json"])
-    assert names(tmp_path) == {"analysis.json"}
+    assert names(tmp_path) == {"analysis.json", LIST}
 
 
 def test_a_symbolic_link_is_not_followed(analysis: Analysis, tmp_path: Path) -> None:
@@ -136,8 +142,165 @@ def test_a_report_is_the_same_byte_for_byte(analysis: Analysis, tmp_path: Path) 
         )
 
 
-def test_a_report_can_be_told_from_its_head(analysis: Analysis, tmp_path: Path) -> None:
-    write_report(analysis, tmp_path / "out", ["json"])
-    document = json.loads((tmp_path / "out" / "analysis.json").read_text())
-    assert document["tool"]["name"] == "uav-fdi"
-    assert folder_module.is_ours(tmp_path / "out")
+def test_the_list_says_what_was_written(analysis: Analysis, tmp_path: Path) -> None:
+    write_report(analysis, tmp_path / "out", ["json", "txt"])
+    told = json.loads((tmp_path / "out" / LIST).read_text())
+    assert told["tool"]["name"] == "uav-fdi"
+    for entry in told["files"]:
+        content = (tmp_path / "out" / entry["name"]).read_bytes()
+        assert entry["sha256"] == hashlib.sha256(content).hexdigest()
+    assert {entry["name"] for entry in told["files"]} == {"analysis.json", "summary.txt"}
+
+
+def test_a_report_that_a_person_changed_is_refused_and_kept(
+    analysis: Analysis, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    write_report(analysis, out, ["html", "json", "txt"])
+    (out / "report.html").write_text("with my remarks")
+    (out / "summary.txt").write_text("with my remarks, too")
+    with pytest.raises(OutputError, match=r"report\.html in it was changed"):
+        write_report(analysis, out, ["html", "json"])
+    write_report(analysis, out, ["html", "json"], force=True)
+    assert (out / "report.html.1").read_text() == "with my remarks"
+    assert (out / "summary.txt").read_text() == "with my remarks, too"
+    assert names(out) == {"report.html", "report.html.1", "analysis.json", "summary.txt", LIST}
+
+
+@pytest.mark.parametrize("formats", [["json"], ["html"]])
+def test_a_persons_own_report_survives_force(
+    analysis: Analysis, tmp_path: Path, formats: list[str]
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "report.html").write_text("mine")
+    write_report(analysis, out, formats, force=True)
+    assert "mine" in {path.read_text("utf-8") for path in out.glob("report.html*")}
+
+
+def test_a_file_of_our_name_beside_our_files_is_refused(analysis: Analysis, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write_report(analysis, out, ["json"])
+    (out / "report.html").write_text("mine")
+    write_report(analysis, out, ["json"])
+    with pytest.raises(OutputError, match=r"report\.html in it was not written by fdi"):
+        write_report(analysis, out, ["html"])
+    assert (out / "report.html").read_text() == "mine"
+
+
+def test_a_folder_keeps_its_place_and_its_mode(analysis: Analysis, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir(mode=0o700)
+    place = out.stat().st_ino
+    write_report(analysis, out, ["json"])
+    (out / "analysis.json").chmod(0o600)
+    write_report(analysis, out, ["json"])
+    assert (out.stat().st_ino, stat.S_IMODE(out.stat().st_mode)) == (place, 0o700)
+    assert stat.S_IMODE((out / "analysis.json").stat().st_mode) == 0o600
+
+
+def test_a_folder_without_a_list_is_somebody_elses(analysis: Analysis, tmp_path: Path) -> None:
+    """Also one that a version of ours wrote before there were lists."""
+    out = tmp_path / "out"
+    write_report(analysis, out, ["json"])
+    (out / LIST).unlink()
+    with pytest.raises(OutputError, match="no list"):
+        write_report(analysis, out, ["json"])
+
+
+def listed(out: Path, files: dict[str, bytes]) -> None:
+    """Write a list as a stranger would."""
+    entries = [
+        {"name": name, "sha256": hashlib.sha256(content).hexdigest()}
+        for name, content in files.items()
+    ]
+    tree = {"schema_version": 1, "tool": {"name": "uav-fdi"}, "holds": "report", "files": entries}
+    (out / LIST).write_text(json.dumps(tree))
+
+
+@pytest.mark.parametrize("name", ["../thesis.txt", "sub/thesis.txt", "{outside}", "..", ""])
+@pytest.mark.parametrize("force", [False, True])
+def test_a_strangers_list_names_nothing_outside_the_folder(
+    analysis: Analysis, tmp_path: Path, name: str, force: bool
+) -> None:
+    out = tmp_path / "out"
+    (out / "sub").mkdir(parents=True)
+    for path in (tmp_path / "thesis.txt", out / "sub" / "thesis.txt"):
+        path.write_bytes(b"years")
+    listed(out, {name.format(outside=tmp_path / "thesis.txt"): b"years"})
+    with nullcontext() if force else pytest.raises(OutputError):
+        write_report(analysis, out, ["json"], force=force)
+    assert (tmp_path / "thesis.txt").read_bytes() == b"years"
+    assert (out / "sub" / "thesis.txt").read_bytes() == b"years"
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_link_that_a_strangers_list_names_is_not_followed(
+    analysis: Analysis, tmp_path: Path, force: bool
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "thesis.txt").write_bytes(b"years")
+    (out / "summary.txt").symlink_to(tmp_path / "thesis.txt")
+    (out / "analysis.json").symlink_to(tmp_path / "thesis.txt")
+    listed(out, {"summary.txt": b"years", "analysis.json": b"years"})
+    with nullcontext() if force else pytest.raises(OutputError):
+        write_report(analysis, out, ["json"], force=force)
+    assert (tmp_path / "thesis.txt").read_bytes() == b"years"
+    assert (out / "summary.txt").is_symlink()
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[1]", b"[" * 100_000, b"\xff", b'{"files": 1}'])
+def test_a_damaged_list_makes_nothing_ours(
+    analysis: Analysis, tmp_path: Path, content: bytes
+) -> None:
+    out = tmp_path / "out"
+    write_report(analysis, out, ["json"])
+    (out / LIST).write_bytes(content)
+    with pytest.raises(OutputError, match="no list"):
+        write_report(analysis, out, ["json"])
+    write_report(analysis, out, ["json"], force=True)
+    write_report(analysis, out, ["json"])
+
+
+def test_a_folder_in_the_way_of_a_file_is_refused_even_with_force(
+    analysis: Analysis, tmp_path: Path
+) -> None:
+    (tmp_path / "out" / "report.html").mkdir(parents=True)
+    with pytest.raises(OutputError, match=r"holds a folder report\.html"):
+        write_report(analysis, tmp_path / "out", ["html"], force=True)
+
+
+@pytest.mark.parametrize("count", range(6))
+def test_a_kill_between_two_renames_leaves_a_folder_that_is_ours(
+    analysis: Analysis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    """The list is replaced first and last; the files of either time are ours in between."""
+    out = tmp_path / "out"
+    write_report(analysis, out, ["json", "txt", "csv"])
+    other = {"json": b"{}", "txt": b"other"}
+    done = []
+
+    def some(fresh: Path, path: Path) -> None:
+        if len(done) == count:
+            raise KeyboardInterrupt
+        done.append(os.replace(fresh, path))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(folder_module, "_replace", some)
+        patch.setattr(
+            folder_module,
+            "contents",
+            lambda _, wanted: [(names_of([kind])[0], other[kind]) for kind in wanted],
+        )
+        with suppress(KeyboardInterrupt):
+            write_report(analysis, out, ["json", "txt"])
+    write_report(analysis, out, ["json"])
+    assert names(out) == {"analysis.json", LIST}
+
+
+def test_what_a_killed_run_left_makes_no_folder_foreign(analysis: Analysis, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    (out / ".fdi-0123abcd.tmp").mkdir(parents=True)
+    write_report(analysis, out, ["json"])
+    assert "analysis.json" in names(out)
