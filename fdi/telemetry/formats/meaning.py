@@ -368,7 +368,7 @@ def _read(read: Read, found: _Found) -> Floats:
 
 
 def _holds(found: _Found, key: str, field: str) -> bool:
-    """Return whether a message was found and has the field: other readings may have asked for it."""
+    """Return whether a message was found, for whatever reading, and has the field."""
     return key in found.messages and _has(found.messages[key], field)
 
 
