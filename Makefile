@@ -1,8 +1,10 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      everything that has to be green: style, types, import rules, tests, notebook
+# make test-lowest  a part of them with the lowest versions of all libraries, on Python 3.11
+# make test-newest  the same with the newest ones, on Python 3.13
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
 # make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
-# make soak      200,000 mutated logs through all readers (hours); COUNT=2000 tries fewer
+# make soak      200,000 mutated logs through all readers, 10,000 through the analysis (hours); COUNT=2000 tries fewer
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
 
@@ -15,7 +17,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test lint conformance metamorphic soak bench figures clean
+.PHONY: analyze test test-lowest test-newest lint conformance metamorphic soak bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -24,6 +26,29 @@ analyze: $(VENV)/.installed-run
 test: lint
 	$(BIN)/python -m pytest
 	$(BIN)/python -m pytest -o addopts=-q --nbmake notebooks/*.ipynb
+
+# What depends on versions: what is read, and what is said of it. Promotion of numpy's types
+# differs before 2.0, and numpy tells where that changes a result.
+OF_VERSIONS := tests/test_versions.py tests/telemetry/test_frames.py tests/telemetry/test_dataflash.py \
+  tests/telemetry/test_ulog.py tests/telemetry/test_meaning.py tests/telemetry/test_compiled.py
+TELL_PROMOTION := NPY_PROMOTION_STATE=weak_and_warn
+LOWEST := $(shell python3.11 -c '' 2>/dev/null && echo python3.11)
+NEWEST := $(shell python3.13 -c '' 2>/dev/null && echo python3.13)
+
+test-lowest: $(if $(LOWEST),$(VENV)-lowest/.installed,)
+ifeq ($(LOWEST),)
+	@echo "test-lowest: skipped, there is no python3.11 (make LOWEST=/path/to/python3.11)"
+else
+	$(VENV)-lowest/bin/python -m pytest $(OF_VERSIONS)
+	$(TELL_PROMOTION) $(VENV)-lowest/bin/python -m pytest -W "error:result dtype changed" $(OF_VERSIONS)
+endif
+
+test-newest: $(if $(NEWEST),$(VENV)-newest/.installed,)
+ifeq ($(NEWEST),)
+	@echo "test-newest: skipped, there is no python3.13 (make NEWEST=/path/to/python3.13)"
+else
+	$(VENV)-newest/bin/python -m pytest $(OF_VERSIONS)
+endif
 
 lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
@@ -41,6 +66,7 @@ COUNT ?= 200000
 
 soak: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $(COUNT)
+	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 20 )) --analyze
 
 bench figures: $(VENV)/.installed-test
 	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done
@@ -53,6 +79,16 @@ $(VENV)/.installed-run: pyproject.toml constraints.txt | $(BIN)/pip
 $(VENV)/.installed-test: pyproject.toml constraints.txt | $(BIN)/pip
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
 	@touch $@ $(VENV)/.installed-run
+
+$(VENV)-lowest/.installed: pyproject.toml constraints-lowest.txt
+	$(LOWEST) -m venv $(VENV)-lowest
+	$(VENV)-lowest/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-lowest.txt -e '.[fast]' pytest hypothesis
+	@touch $@
+
+$(VENV)-newest/.installed: pyproject.toml
+	$(NEWEST) -m venv $(VENV)-newest
+	$(VENV)-newest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade -e '.[fast]' pytest hypothesis
+	@touch $@
 
 # pip, not python, is the target: where the venv module is only half there, python appears all the same.
 $(BIN)/pip:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fdi.decision import Policy, load_policy
-from fdi.errors import ModelError
+from fdi.errors import LogError, ModelError
 from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model
 from fdi.residuals import Bank, Residuals
@@ -67,8 +67,10 @@ def residuals_of(
 
     Raises
     ------
+    LogError
+        The log holds nothing that the model chosen by it could use.
     ModelError
-        The model or policy is wrong, or the model has no test with this telemetry.
+        The model or policy is wrong, or the model named has no test with this telemetry.
 
     Examples
     --------
@@ -86,7 +88,7 @@ def residuals_of(
         )
     with stage("derive", 0.4):
         bank = cached_bank(system, recipe.tests)
-    _check(bank, log, recipe, airframe)
+    _check(bank, log, recipe, airframe, chosen=str(model) == "auto")
     with stage("sample", 0.5):
         signals, lags = sample(
             log,
@@ -101,10 +103,11 @@ def residuals_of(
     return Chain(log, airframe, recipe, system, bank, signals, lags, residuals)
 
 
-def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe) -> None:
+def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe, *, chosen: bool) -> None:
     """Refuse a model without a test, and a policy that was learned for another model."""
     if not bank.generators:
-        raise ModelError(
+        # where the log chose the model, nobody named a wrong one: the log holds too little
+        raise (LogError if chosen else ModelError)(
             f"has no residual generator with the telemetry of {log.name}",
             where=bank.system.name,
             hint="; ".join(bank.system.warnings[:3]) or "choose another model with --model",

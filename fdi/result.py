@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,6 +29,19 @@ if TYPE_CHECKING:
     import pandas
 
 SCHEMA_VERSION: Final = 1
+# Reading (pymavlink's dialect, numba's walks), models, equations, the Earth's field, the tables.
+LIBRARIES: Final = (
+    "numba",
+    "numpy",
+    "pandas",
+    "pint",
+    "pydantic",
+    "pygeomag",
+    "pymavlink",
+    "ruamel.yaml",
+    "scipy",
+    "sympy",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,6 +137,7 @@ def document(analysis: Analysis) -> dict[str, Any]:
             "name": "uav-fdi",
             "version": analysis.version,
             "command": list(analysis.command),
+            "libraries": libraries(),
         },
         "log": log_facts(analysis.log),
         "model": _model(analysis),
@@ -188,6 +204,19 @@ def _ending(item: Ending) -> dict[str, Any]:
             {"at_s": number(one.at), "kind": one.kind, "text": one.text} for one in item.first
         ],
     }
+
+
+def libraries() -> dict[str, str]:
+    """Return the versions of the libraries on which the figures of an analysis depend.
+
+    They are read from what was installed, without importing anything; one that is not there (an
+    optional one) is left out.
+    """
+    found: dict[str, str] = {}
+    for name in LIBRARIES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def _model(analysis: Analysis) -> dict[str, Any]:

@@ -312,7 +312,7 @@ def block_lag(
     speed = _without_line(np.gradient(windows[best])[None] * rate, line)[0]
     # own = gain * (expected - lag * its rate), which is exact for a lag within a sample
     terms = np.stack([others[best], speed], axis=1)
-    (gain, turned), *_ = np.linalg.lstsq(terms, own)
+    (gain, turned), *_ = np.linalg.lstsq(terms, own, rcond=None)
     if not (together[best] > 0.0 and gain > 0.0 and abs(turned / gain) <= 1.0 / rate):
         return None
     left_over = float(np.sqrt(((own - terms @ (gain, turned)) ** 2).mean())) / gain

@@ -79,6 +79,7 @@ _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
 _LANDED_STATES: Final = (("EXTENDED_SYS_STATE", "landed_state", 1.0),)
 _IN_AIR: Final = 1.5  # between 1, on the ground, and 2, in the air
 _ACCELEROMETERS: Final = ("RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "HIGHRES_IMU")
+_AXES: Final = ("xacc", "yacc", "zacc")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -222,12 +223,14 @@ def _largest_force(messages: Mapping[str, Message], t: Floats) -> Floats:
     seen = set()
     for name in _ACCELEROMETERS:
         message = messages.get(name)
-        if message is None or message.unit("xacc") != "m/s^2" or not len(message):
+        if message is None or not len(message) or not all(axis in message for axis in _AXES):
+            continue
+        if message.unit("xacc") != "m/s^2":
             continue
         if message.made_from in seen:  # the same records under another name
             continue
         seen.add(message.made_from or name)
-        x, y, z = (message.si(axis) for axis in ("xacc", "yacc", "zacc"))
+        x, y, z = (message.si(axis) for axis in _AXES)
         first = np.append(0, np.searchsorted(message.t, edges, side="right"))
         some = np.flatnonzero(np.diff(first, append=len(message)))
         with np.errstate(over="ignore"):

@@ -249,6 +249,10 @@ class Log:
         """
         wanted = Channel.parse(channel) if isinstance(channel, str) else channel
         message = self[wanted.source]
+        if wanted.field not in message:
+            raise UsageError(
+                f"{wanted.source} has no field {wanted.field}", hint=f"it has {message.fields}"
+            )
         return ChannelData(message.t, message.si(wanted.field), message.unit(wanted.field))
 
     def state(self, t: ArrayLike) -> FlightState:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.errors import UsageError
+from fdi.errors import LogError
 from fdi.units import Conversion
 
 if TYPE_CHECKING:
@@ -118,8 +118,8 @@ class Message:
 
     def _column(self, name: str) -> Column:
         found = self.columns.get(name)
-        if found is None:
-            raise UsageError(f"{self.key} has no field {name}", hint=f"it has {self.fields}")
+        if found is None:  # who takes a name from a person checks it before (`Log.channel`)
+            raise LogError(f"{self.key} has no field {name}", hint=f"it has {self.fields}")
         return found
 
     def raw(self, name: str) -> NDArray[Any]:

@@ -31,6 +31,13 @@ def test_what_is_no_log_is_3(run: Run, tmp_path: Path, content: bytes) -> None:
     assert str(path) in ended.err
 
 
+def test_a_log_that_holds_too_little_for_the_model_it_chose_is_3(run: Run, tmp_path: Path) -> None:
+    """Nobody named a model, so none is wrong (4)."""
+    path = tmp_path / "flight.log"
+    path.write_bytes(b"FMT,1,1,ATT,IccccCC,Yaw\nATT,2,0,1,0,5,0,0\r")
+    is_told(run("analyze", path), 3)
+
+
 def test_what_is_no_file_is_3(run: Run, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "fifo")
     for path in (tmp_path, tmp_path / "missing", tmp_path / "fifo"):

@@ -104,6 +104,13 @@ def test_redefined_type_stands_apart_from_its_offset_on(load):
     assert any("defined anew" in q.text for q in log.quality)
 
 
+def test_label_that_is_no_name_is_told(load):
+    spoilt = small().replace(b"TimeUS,I,Alt", b"TimeUS,I,A\x0ct")
+    log = load(spoilt)
+    assert "A_t" in log["BARO"].fields
+    assert [q.text for q in log.quality if "A_t" in q.text]
+
+
 def test_two_boots_in_one_file_make_time_go_on(load):
     again = small()
     log = load(small() + again)

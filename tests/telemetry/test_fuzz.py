@@ -16,8 +16,10 @@ from .fuzz.__main__ import ALONE, run
 from .fuzz.heads import heads
 from .fuzz.mutations import make_input, reader_of
 from .fuzz.smaller import smaller
+from .fuzz.worker import WHOLE
 
 INPUTS = 2000
+ANALYSED = 60
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.input"))
 
 
@@ -46,6 +48,11 @@ def test_what_failed_once_does_not_fail_again():
 def test_no_input_of_two_thousand_fails():
     """A hundredth of the soak: some 20 ms of CPU each."""
     assert not run(0, INPUTS, os.cpu_count() or 1)
+
+
+def test_wrong_definitions_and_metadata_never_end_as_a_wrong_command_line():
+    """Through the whole analysis, by its exit code: 0 or 3. More of them: `make soak`."""
+    assert not run(0, ANALYSED, os.cpu_count() or 1, [WHOLE])
 
 
 def test_every_head_is_a_log_before_it_is_mutated(tmp_path):

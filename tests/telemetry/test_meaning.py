@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fdi import units
-from fdi.errors import UsageError
+from fdi.errors import LogError, UsageError
 from fdi.telemetry import Channel
 from fdi.telemetry.catalogue import mavlink_meaning, mavlink_mode
 from fdi.telemetry.dialect import _classes
@@ -183,6 +183,9 @@ def test_unknown_names_are_refused_with_what_there_is(load):
     with pytest.raises(UsageError, match="ATTITUDE"):
         log["WIND"]
     with pytest.raises(UsageError, match="roll"):
+        log.channel(Channel("ATTITUDE", "rol"))
+    # a message does not know whether a person wrote the name or a log lacks the field
+    with pytest.raises(LogError, match="roll"):
         log["ATTITUDE"].si("rol")
 
 

@@ -99,6 +99,10 @@ def definition_findings(tables: Tables) -> Iterator[Finding]:
             text = f"{count} records of type {one.number}, {one.length} bytes each, first at byte "
             text += f"{first}: neither the file nor known firmware says what they hold"
             yield Finding("unknown_message", first, int(table.start[-1]), count, text)
-        elif one.since:
+        if one.renamed:
+            text = f"{len(one.renamed)} labels of {one.name} are no names, or not the only ones of "
+            text += f"that name: read as {', '.join(one.renamed[:5])}"
+            yield Finding("repaired", None, None, count, text)
+        if one.fields and one.since:
             text = f"{one.name} is defined anew at byte {one.since}: {count} records stand apart"
             yield Finding("repaired", None, None, count, text)

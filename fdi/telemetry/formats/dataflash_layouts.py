@@ -74,6 +74,7 @@ class Layout:
     since: int = 0
     is_known: bool = False  # from the table, not from the file
     is_scaled: bool = False  # values have the scale of the legacy characters already
+    renamed: tuple[str, ...] = ()  # fields whose labels are no names
 
     def field(self, name: str) -> Field | None:
         """Return a field by name, None where there is none."""
@@ -91,11 +92,12 @@ def layout(number: int, name: str, length: int, form: str, labels: str) -> Layou
         return None
     if any(c not in CHARACTERS for c in form):
         return None
-    names = labels.split(",")
+    names = given = labels.split(",")
     if not _PLAIN.fullmatch(labels):
         names = [_LABEL.sub("_", label.strip()) for label in names]
     fields: list[Field] = []
     taken: set[str] = set()
+    renamed: list[str] = []
     offset = 3
     for i, character in enumerate(form):
         dtype = CHARACTERS[character]
@@ -103,12 +105,16 @@ def layout(number: int, name: str, length: int, form: str, labels: str) -> Layou
         while label in taken:
             label += "_"
         taken.add(label)
+        if i >= len(given) or label != given[i].strip():
+            renamed.append(label)
         width = _WIDTHS[character]
         for entry in range(_ARRAY) if character == "a" else (None,):
             full = label if entry is None else f"{label}[{entry}]"
             fields.append(Field(full, offset, dtype, character, i))
             offset += width
-    return Layout(number, name, length, tuple(fields)) if offset == length else None
+    if offset != length:
+        return None
+    return Layout(number, name, length, tuple(fields), renamed=tuple(renamed))
 
 
 def defined(data: Bytes, places: Ints) -> tuple[list[Layout], Ints]:

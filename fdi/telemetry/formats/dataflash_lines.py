@@ -153,7 +153,7 @@ def find_numbers(lines: Lines) -> Numbers:
         points[:n] += is_point
     is_known = (digits + points == width) & (digits > 0) & (digits <= _MOST_DIGITS)
     is_known &= (points == 0) | ((points == 1) & (found <= _EXACT))
-    behind = np.where((points == 1) & is_known, width - place, 0)
+    behind = np.where((points == 1) & is_known, width - place, np.uint8(0))
     kind = np.empty(width.size, np.uint8)
     kind[order] = np.where(is_known, np.where(points == 1, DECIMAL, INTEGER), NONE)
     value = np.empty(width.size)

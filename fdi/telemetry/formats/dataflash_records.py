@@ -367,7 +367,7 @@ def _walk(headers: Headers, known: _Known, found: _Collection) -> None:
         if not at.size:
             continue
         ends = at + lengths
-        taken = np.zeros(at.size + 1, np.int8)
+        taken, one = np.zeros(at.size + 1, np.int8), np.int8(1)
         breaks = np.flatnonzero(np.append(ends[:-1] != at[1:], True))
         behind = np.searchsorted(at, ends[breaks])
         joined = at[np.minimum(behind, at.size - 1)] == ends[breaks]
@@ -379,8 +379,8 @@ def _walk(headers: Headers, known: _Known, found: _Collection) -> None:
             if not is_joined[i]:
                 is_kept, place = known.decide(int(at[last]), int(ends[last]))
                 next_row = int(np.searchsorted(at, place))
-            taken[row] += 1
-            taken[last + is_kept] -= 1
+            taken[row] += one
+            taken[last + is_kept] -= one
             if last + is_kept > row:
                 found.reach(int(at[row]), int(ends[last] if is_kept else at[last]))
             row = next_row

@@ -91,7 +91,7 @@ def _is_right(rows: Bytes, covered: NDArray[np.int16], extra: Words) -> NDArray[
         table.take(mixed, out=after[k + 1], mode="clip")
     here, flat = np.arange(count), rows.reshape(-1)
     end = here * width + covered
-    crc = after.reshape(-1).take(covered // 2 * np.int64(count) + here)
+    crc = after.reshape(-1).take(covered.astype(np.int64) // 2 * count + here)
     crc = np.where(covered & 1, _step(crc, flat.take(end - 1)), crc)
     stored = flat.take(end) | flat.take(end + 1).astype(np.uint16) << 8
     is_right: NDArray[np.bool_] = _step(crc, extra) == stored

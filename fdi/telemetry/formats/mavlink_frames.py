@@ -190,7 +190,7 @@ def _joined_frames(data: Bytes, every: _Candidates, checks: FrameChecks) -> Ints
     limit = np.where(checks.extra >= 0, checks.size, np.int16(-1))
     limit = limit.take(every.number, mode="clip")
     # Only MAVLink 2 can be longer than we know it: newer definitions append extension fields.
-    plausible = (every.end <= data.size) & (limit >= np.where(every.is_v2, 0, every.length))
+    plausible = (every.end <= data.size) & (limit >= every.length * ~every.is_v2)
     rows = np.flatnonzero(plausible & _joins(every, plausible))
     rows = rows[_checksums(data, every, rows, checks)]
     return every.start[rows[_disjoint(every.start[rows], every.end[rows])]]

@@ -356,14 +356,20 @@ def _term(term: Term, found: _Found) -> Floats | float:
 def _read(read: Read, found: _Found) -> Floats:
     """Return a reading in SI at the records of the source's home."""
     value = _one(found.messages[read.key], read.field, found)
-    if read.chooser is None or read.chooser[0] not in found.messages:
+    if read.chooser is None or not _holds(found, *read.chooser):
         return value
     chosen = _one(found.messages[read.chooser[0]], read.chooser[1], found)
     for number in range(1, _INSTANCES):
-        other = found.messages.get(f"{read.message}[{number}]")
-        if other is not None and np.any(chosen == number):
+        key = f"{read.message}[{number}]"
+        if _holds(found, key, read.field) and np.any(chosen == number):
+            other = found.messages[key]
             value = np.where(chosen == number, _one(other, read.field, found), value)
     return value
+
+
+def _holds(found: _Found, key: str, field: str) -> bool:
+    """Return whether a message was found, for whatever reading, and has the field."""
+    return key in found.messages and _has(found.messages[key], field)
 
 
 def _one(message: Message, field: str, found: _Found) -> Floats:

@@ -326,7 +326,7 @@ class Walk:
         header = self.long[at - 3]  # the bytes that end with the id: one look instead of two
         size = (header >> np.uint64(24)).astype(np.uint16)
         number = (header >> np.uint64(48)).astype(np.uint16)
-        end = at + (size + np.int64(3))
+        end = at + size + np.int64(3)
         good = (size >= self.low[number]) & (size <= self.high[number]) & (end <= self.limit)
         at, number, end = at[good], number[good], end[good]
         place = at + self.stamp_at[number]

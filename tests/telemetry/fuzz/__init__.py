@@ -8,6 +8,8 @@ raised, in bounded time and memory.
 
 heads.py      short logs of every format, cut out of real ones or composed
 mutations.py  number to input
+definitions.py the same of what a log says about itself, for `--analyze`
+whole.py      how the whole analysis of it ends, by the exit code
 exercise.py   what is asked of a log, and what has to hold
 worker.py     a process that tries a range of numbers under limits
 __main__.py   starts workers, watches them, makes failing inputs smaller and keeps them

@@ -1,7 +1,7 @@
 """Tries many inputs in several processes; keeps one small input of every failure; returns 1 then.
 
 PYTHONPATH=tests python -m telemetry.fuzz [--count N] [--first N] [--workers N] [--out FOLDER]
-                                         [--reader tlog|bin|log|ulg]...
+                                         [--reader tlog|bin|log|ulg]... [--analyze]
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from .mutations import make_input
+from . import definitions, mutations
+from .mutations import Input
 from .smaller import smaller
+from .worker import WHOLE
 
 SOAK: Final = 200_000
 PORTION: Final = 2000  # numbers of one worker: what a crash or a hang costs at most
@@ -41,9 +43,10 @@ Failure = dict[str, Any]
 
 def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[Failure]:
     """Yield the failures among inputs ``first`` to before ``last``, in processes that may die."""
+    asked, others = (readers[:1], readers[1:]) if WHOLE in readers else ([], readers)
     while first < last:
         worker = subprocess.Popen(
-            [sys.executable, "-m", "telemetry.fuzz.worker", str(first), str(last), *readers],
+            [sys.executable, "-m", "telemetry.fuzz.worker", *asked, str(first), str(last), *others],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env={**os.environ, **ALONE},
@@ -73,8 +76,17 @@ def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[
         assert trying >= first, complaint.decode()[-2000:]
         what = stopped or f"dies with exit code {worker.returncode}"
         text = complaint.decode("utf-8", "replace")[-2000:]
-        yield {"number": trying, "what": what, "text": text, "bytes": len(make_input(trying).data)}
+        yield {
+            "number": trying,
+            "what": what,
+            "text": text,
+            "bytes": len(_input(trying, readers).data),
+        }
         first = trying + 1
+
+
+def _input(number: int, readers: Sequence[str]) -> Input:
+    return (definitions if WHOLE in readers else mutations).make_input(number)
 
 
 def run(first: int, count: int, workers: int, readers: Sequence[str] = ()) -> list[Failure]:
@@ -97,13 +109,13 @@ def run(first: int, count: int, workers: int, readers: Sequence[str] = ()) -> li
     return found
 
 
-def keep(found: list[Failure], folder: Path) -> None:
+def keep(found: list[Failure], folder: Path, readers: Sequence[str] = ()) -> None:
     """Write one input of every kind of failure, as small as it gets."""
     folder.mkdir(parents=True, exist_ok=True)
     first = {failure["what"]: failure for failure in reversed(found)}
     for i, (what, failure) in enumerate(sorted(first.items())):
-        data = make_input(failure["number"]).data
-        if what != "hangs" and not what.startswith("dies"):
+        data = _input(failure["number"], readers).data
+        if WHOLE not in readers and what != "hangs" and not what.startswith("dies"):
             with tempfile.TemporaryDirectory() as name:
                 data = smaller(data, what, failure["number"], Path(name))
         stem = folder / f"{i:02d}_{failure['number']}"
@@ -126,9 +138,15 @@ def main() -> int:
         choices=("tlog", "bin", "log", "ulg"),
         help="leave out the numbers of other readers' inputs; several times for several",
     )
+    parser.add_argument(
+        "--analyze",
+        action="store_true",
+        help="let definitions and metadata that are wrong go through the whole analysis instead",
+    )
     asked = parser.parse_args()
+    readers = [WHOLE] if asked.analyze else asked.reader
     started = time.perf_counter()
-    found = run(asked.first, asked.count, asked.workers, asked.reader)
+    found = run(asked.first, asked.count, asked.workers, readers)
     print(
         f"{asked.count} inputs from number {asked.first} on, {len(found)} failures, "
         f"{time.perf_counter() - started:.0f} s"
@@ -136,7 +154,7 @@ def main() -> int:
     for what, count in Counter(failure["what"] for failure in found).most_common():
         numbers = [str(failure["number"]) for failure in found if failure["what"] == what]
         print(f"{count:8}  {what}: {', '.join(numbers[:_NAMED])}")
-    keep(found, asked.out)
+    keep(found, asked.out, readers)
     return 1 if found else 0
 
 

@@ -19,7 +19,7 @@ from .heads import Head, heads, message, telemetry_records
 LARGEST: Final = 1 << 18  # bytes of an input; the extreme ones are that long
 _MAGICS: Final = (b"\xfd", b"\xfe", b"\xa3\x95\x80", b"\xa3\x95", b"ULog\x01\x12\x35", b"FMT, ")
 _SYNC: Final = bytes([0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12])
-_EXTREMES: Final = (
+EXTREMES: Final = (
     b"\0" * 8,
     b"\xff" * 8,
     b"\x7f" + b"\xff" * 7,
@@ -155,7 +155,7 @@ def _rewritten(random: Random, record: bytes) -> bytes:
         payload = bytearray(random.randbytes(len(payload)))
     elif what == "extreme" and payload:
         at = random.randrange(len(payload))
-        value = random.choice(_EXTREMES)
+        value = random.choice(EXTREMES)
         payload[at : at + 8] = value[: max(len(payload) - at, 0)]
     elif what == "number":
         number = random.choice(_KNOWN)
@@ -170,7 +170,7 @@ def _rewritten(random: Random, record: bytes) -> bytes:
         size = random.choice((0, 1, 2, len(payload) // 2, len(payload) + 1, 255))
         payload = (payload + bytearray(random.randbytes(255)))[: min(size, 255)]
     elif what == "stamp":
-        stamp = random.choice(_EXTREMES)
+        stamp = random.choice(EXTREMES)
     else:
         header[4 if is_v2 else 2] = random.randrange(256)
     header[1] = len(payload)
@@ -265,7 +265,7 @@ def _change_units(random: Random, head: Head, chunks: list[bytes]) -> list[bytes
         chunk = chunks[i]
         if len(chunk) > 12 and chunk[:2] == b"\xa3\x95":
             at = random.randrange(11, len(chunk))
-            chunks[i] = chunk[:at] + random.choice(_EXTREMES)[: len(chunk) - at] + chunk[at + 8 :]
+            chunks[i] = chunk[:at] + random.choice(EXTREMES)[: len(chunk) - at] + chunk[at + 8 :]
     return chunks
 
 
@@ -353,7 +353,7 @@ def _change_body(random: Random, head: Head, chunks: list[bytes]) -> list[bytes]
             body += random.randbytes(random.choice((1, 8, 300)))
         elif what == "extreme" and body:
             at = random.randrange(len(body))
-            body[at : at + 8] = random.choice(_EXTREMES)[: len(body) - at]
+            body[at : at + 8] = random.choice(EXTREMES)[: len(body) - at]
         else:
             body = bytearray()
         chunks[i] = message(kind, bytes(body))

@@ -21,9 +21,10 @@ from random import Random
 from types import FrameType
 from typing import Any, Final
 
-from fdi.errors import FdiError
+from fdi.errors import FdiError, LogError
 from fdi.telemetry import Log
 
+from . import definitions
 from .exercise import exercise
 from .mutations import make_input, reader_of
 
@@ -31,6 +32,7 @@ SECONDS_PER_MB: Final = 2.0
 START_S: Final = 0.5  # what a file of no size may cost: tables, caches, first use of a library
 MEMORY_PER_BYTE: Final = 10
 MEMORY: Final = 200_000_000
+WHOLE: Final = "analyze"
 COMPARED: Final = 8  # every such number is read by both walks
 
 
@@ -54,13 +56,13 @@ def check(data: bytes, number: int, folder: Path) -> dict[str, Any] | None:
             _both_walks(path, number)
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
-    except FdiError as error:
+    except LogError as error:
         if "\n" in str(error):
             problem = ("error of several lines", str(error))
     except TooSlowError:
         problem = ("too slow", "stopped")
     except BaseException as error:  # noqa: BLE001  whatever it is, it is a defect
-        problem = (_place(error), "".join(traceback.format_exception(error)[-6:]))
+        problem = described(error)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     spent = time.process_time() - started
@@ -84,6 +86,11 @@ def _both_walks(path: Path, number: int) -> None:
 def _summary(log: Log) -> tuple[object, ...]:
     rows = {key: (m.stamp.tobytes(), m.t.tobytes()) for key, m in log.messages.items()}
     return rows, log.quality, log.events, log.flights, dict(log.parameters), log.sources
+
+
+def described(error: BaseException) -> tuple[str, str]:
+    """Return what makes two failures the same, and what was raised."""
+    return _place(error), "".join(traceback.format_exception(error)[-6:])
 
 
 def _place(error: BaseException) -> str:
@@ -126,10 +133,14 @@ def warm_up(folder: Path) -> None:
 def inputs(words: list[str]) -> Iterator[tuple[int, bytes]]:
     """Yield what the command line asks for: from the first to before the last number, or files.
 
+    ``analyze`` before the numbers asks for inputs that are to go through the whole analysis.
     Behind the numbers may stand readers: the inputs of the others are left out then. A file whose
     failure hangs on what is asked of it carries the number that it had: ``name.number.input``.
     """
-    if words[0].isdecimal():
+    if words[0] == WHOLE:
+        for number in range(int(words[1]), int(words[2])):
+            yield number, definitions.make_input(number).data
+    elif words[0].isdecimal():
         for number in range(int(words[0]), int(words[1])):
             if not words[2:] or reader_of(number) in words[2:]:
                 yield number, make_input(number).data
@@ -145,10 +156,15 @@ def main() -> None:
     signal.signal(signal.SIGPROF, stop)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        attempt = check
+        if sys.argv[1] == WHOLE:
+            from . import whole
+
+            attempt = whole.check
         warm_up(folder)
         for number, data in inputs(sys.argv[1:]):
             print(json.dumps({"trying": number}), flush=True)
-            found = check(data, number, folder)
+            found = attempt(data, number, folder)
             if found:
                 print(json.dumps(found), flush=True)
     print(json.dumps({"done": True}), flush=True)
