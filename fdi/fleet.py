@@ -102,6 +102,7 @@ def _empty(job: Job) -> Row:
         "model": None,
         "policy": job.policy,
         "verdict": None,
+        "outlook": None,
         "accused": [],
         "findings": [],
         "consequences": [],
@@ -135,6 +136,7 @@ def _told(found: Analysis) -> Row:
         "model": found.airframe.name,
         "policy": found.policy.name,
         "verdict": found.verdict,
+        "outlook": found.diagnosis.outlook,
         "accused": list(dict.fromkeys(finding.component for finding in found.findings)),
         "findings": [_finding(item) for item in tree["findings"]],
         **{
