@@ -203,8 +203,8 @@ def _told(path: Path) -> Iterator[None]:
 def _made(target: Path) -> Iterator[None]:
     """Make a folder where there is none, and take it back where nothing came into it."""
     is_new = not target.exists()
-    target.mkdir(parents=True, exist_ok=True)
-    try:
+    try:  # an interrupt may come while `mkdir` returns
+        target.mkdir(parents=True, exist_ok=True)
         yield
     except BaseException:
         if is_new:
