@@ -6,7 +6,7 @@ line without it), so that a damaged row is told from a true one.
 
 ``accused``, ``consequences``, ``ruled_out``, ``not_testable`` and ``warnings`` are lists of text,
 ``findings`` and ``quality`` lists of structs, ``timings_s`` a map. ``ended``, ``end_s``,
-``end_speed`` (m/s) and ``lost_control_s`` say how the flight ended that ended worst;
+``end_speed`` (m/s) and ``lost_control_s`` say how the flight ended that ended worst; ``outlook`` is what a glance should tell;
 ``fingerprint`` is what a row is known by when work is resumed.
 """
 
@@ -57,6 +57,7 @@ COLUMNS: Final[dict[str, Any]] = {
     "model": "string",
     "policy": "string",
     "verdict": "string",
+    "outlook": "string",
     "accused": ["string"],
     "findings": [_FINDING],
     "consequences": ["string"],
