@@ -20,6 +20,7 @@ from fdi.model.observe import (
     relation_equation,
     request_of,
     usable,
+    with_latency,
 )
 from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
@@ -85,7 +86,7 @@ class Airframe:
         warnings: list[str] = []
         parameters = {name: value_of(p, log) for name, p in self.parameters.items()}
         present = first_inputs(
-            m
+            with_latency(m, parameters)
             for m in self.measurements
             if m.channel.source in also or self._shows(log, m, warnings)
         )

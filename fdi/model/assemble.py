@@ -61,6 +61,7 @@ class _Draft:
     found: Definitions
     units: dict[str, Dimension | None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
+    parameters: dict[str, float] = field(default_factory=dict)  # their own values
     faults: dict[str, str] = field(default_factory=dict)
     watched: dict[str, Equation] = field(default_factory=dict)  # by the variable of the stillness
     columns: dict[Channel, tuple[Measurement, str]] = field(default_factory=dict)
@@ -117,6 +118,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
     parameters = {
         name: p for name, d in draft.items("parameters") if (p := _parameter(name, d, draft))
     }
+    draft.parameters |= {n: p.value for n, p in parameters.items() if p.value is not None}
     equations: list[Equation] = []
     for kind, section in ((Kind.RELATION, "equations"), (Kind.EQUALITY, "equalities")):
         made = [_equation(name, kind, d, draft) for name, d in draft.items(section)]
@@ -346,7 +348,7 @@ def _message(
             unit = draft.units[item.variable]
             if unit is None:
                 continue
-            made = _measurement(channel, entry, item, trusted, unit)
+            made = _measurement(channel, entry, item, trusted, unit, draft)
             if bare == field_name:
                 draft.check_column(made, definition, *part)
             if bare != field_name:
@@ -407,7 +409,7 @@ def _recent(of: Measurement) -> Measurement:
 
 
 def _measurement(
-    channel: Channel, entry: Any, item: Any, trusted: bool, unit: Dimension
+    channel: Channel, entry: Any, item: Any, trusted: bool, unit: Dimension, draft: _Draft
 ) -> Measurement:
     accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
     if accuracy is not None and accuracy <= 0:
@@ -416,6 +418,10 @@ def _measurement(
     if jitter is not None and not (accuracy and 0 < jitter <= accuracy):
         raise ModelError(f"jitter is {jitter:g}, must be positive and within the accuracy")
     latency = entry.latency if item.latency is None else item.latency
+    late = latency if isinstance(latency, str) and latency in draft.parameters else ""
+    seconds = dimension("s")
+    own = quantity(entry.latency_accuracy, seconds)
+    told = own if entry.latency_told is None else quantity(entry.latency_told, seconds)
     value = None if item.value is None else parse(item.value)
     reported = None if item.reported is None else parse(item.reported)
     if reported is not None and accuracy is None:
@@ -429,7 +435,10 @@ def _measurement(
         accuracy=accuracy,
         jitter=jitter,
         offset=quantity(item.offset, unit),
-        latency=quantity(latency, dimension("s")),
+        latency=draft.parameters[late] if late else quantity(latency, seconds),
+        late=late,
+        latency_accuracy=own,
+        latency_told=told,
         value=value,
         when=_all(conditions),
         raw=item.raw,

@@ -14,7 +14,9 @@ from typing import Final, Literal
 from fdi.model.expression import CONSTANTS, Expression, symbols
 from fdi.telemetry import Channel
 
-STATES: Final = frozenset({"armed", "airborne", "mode", "phase", "step"})
+STATES: Final = frozenset(
+    {"armed", "airborne", "mode", "phase", "controls_attitude", "controls_height", "step"}
+)
 """What every condition knows: the flight state, and the time between two samples, s."""
 MEASURED: Final = "measured"
 """A channel's value in its measurement equation."""
@@ -211,6 +213,10 @@ class Measurement:
         A constant difference that a healthy sensor may have, in the variable's unit.
     latency : float
         s; how late the channel shows the variable.
+    late : str
+        The parameter that the latency is taken from where a log is there, "" for none.
+    latency_accuracy, latency_told : float
+        s, one sigma of it: by itself, and where the log tells that parameter.
     reported : Expression or None
         The channel's accuracy by its own message, over its fields, in the variable's unit.
     value : Expression or None
@@ -233,6 +239,9 @@ class Measurement:
     jitter: float | None = None
     offset: float = 0.0
     latency: float = 0.0
+    late: str = ""
+    latency_accuracy: float = 0.0
+    latency_told: float = 0.0
     value: Expression | None = None
     when: Expression | None = None
     raw: bool = False

@@ -159,6 +159,8 @@ class MeasurementEntry(_Entry):
     component: Name | None = None
     group: Group | None = None
     latency: Quantity = 0.0
+    latency_accuracy: Quantity = 0.0
+    latency_told: Quantity | None = None
     when: str | None = None
     description: str = ""
 

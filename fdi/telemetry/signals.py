@@ -79,15 +79,15 @@ class Request:
     value : callable or None
         Computes the quantity from those fields at record times; None is the field itself.
     valid : callable or None
-        Says at which records it is valid; sees the fields and armed, airborne, mode, phase.
+        Says at which records it is valid; sees the fields and the flight state.
     raw : bool
         The fields as on the wire instead of SI.
     circular : bool
         The value is an angle in rad that wraps.
     reported : callable or None
         Computes the accuracy that the message itself reports, from ``told``, its fields.
-    latency : float
-        s, taken off the record times.
+    latency, latency_accuracy : float
+        s, taken off the record times; how well that is known.
     """
 
     channel: Channel
@@ -97,6 +97,7 @@ class Request:
     raw: bool = False
     circular: bool = False
     latency: float = 0.0
+    latency_accuracy: float = 0.0
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
 
@@ -157,6 +158,8 @@ class Signals:
         m above the place of take-off (or the lowest place), NaN unknown; to tell, no channel.
     spacing : Mapping[Channel, float]
         s, how far apart the channel's records are about a moment at which it is known.
+    late : Mapping[Channel, float]
+        s; how well the latency of a channel is known that has any.
     """
 
     t: Floats
@@ -172,6 +175,7 @@ class Signals:
     ends: tuple[FlightEnd, ...] = ()
     height: Floats | None = None
     spacing: Mapping[Channel, float] = field(default_factory=dict)
+    late: Mapping[Channel, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -250,6 +254,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         material.ends,
         _height(material, t),
         MappingProxyType(spacing),
+        {r.channel: r.latency_accuracy for r in requests if r.latency_accuracy},
     )
 
 
@@ -337,13 +342,7 @@ def _valid(
     material: Material, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
 ) -> NDArray[np.bool_]:
     state = flight_state(t, material.events, material.flights)
-    known = {
-        **fields,
-        "armed": state.armed,
-        "airborne": state.airborne,
-        "mode": state.mode,
-        "phase": state.phase,
-    }
+    known = {**fields, **state.named()}
     return np.broadcast_to(np.asarray(valid(known), np.bool_), t.shape)
 
 

@@ -58,6 +58,7 @@ from fdi.telemetry.formats.mavlink_vehicle import (
     sources,
 )
 from fdi.telemetry.formats.meaning import as_ardupilot
+from fdi.telemetry.formats.outputs import with_outputs
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.quality import QualityRecord
@@ -138,6 +139,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     ]
     if vehicle.autopilot == "px4":
         messages = as_ardupilot(messages, vehicle.vehicle)
+    messages = with_outputs(messages, values, vehicle.autopilot, vehicle.vehicle)
     return Log(
         path,
         "tlog",
