@@ -25,6 +25,7 @@ from fdi.model.observe import (
 from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
 from fdi.model.system import System
+from fdi.model.world import undated
 from fdi.telemetry import Copy, Log, Request
 
 
@@ -113,6 +114,8 @@ class Airframe:
             relations, measurements, present, self.components, log, warnings
         )
         warnings += [*told, *assumptions(self.parameters, relations, present, log)]
+        if log is not None and any(p.world for p in self.parameters.values()):
+            warnings += undated(log)
         holding = [relation_equation(e, self.variables) for e in relations]
         holding += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in holding for name in equation.edges}

@@ -48,7 +48,8 @@ SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
 Effects = dict[tuple[str, int, int], Floats]
-"""(``noise``, ``late``, ``offset``, ``swing``; source, generation) to the column by which the value moves."""
+"""(``noise``, ``late``, ``offset``, ``swing``; source, generation) to the column by which the value
+moves."""
 
 
 class Evaluated(NamedTuple):
@@ -253,8 +254,8 @@ def _sender(measurement: Measurement, context: Context) -> int:
 def _rate(column: Floats, circular: bool, context: Context) -> Floats:
     """Return the change of a column per second, with its sign, 0 where unknown."""
     step = np.diff(column, prepend=column[:1])
-    rate: Floats = np.nan_to_num(wrap(step) if circular else step) / context.step
-    return rate
+    change = np.nan_to_num(wrap(step) if circular else step)
+    return np.asarray(change / context.step, dtype=np.float64)
 
 
 def _noise(

@@ -17,7 +17,7 @@ SECOND = (3, "aileron")
 def message(key, unit, **values):
     columns = {
         name.replace("__", "[").replace("_e", "]"): Column(
-            lambda v=np.broadcast_to(v, T.shape).astype(float): v.copy(), Conversion(unit)
+            lambda v=v: np.broadcast_to(v, T.shape).astype(float), Conversion(unit)
         )
         for name, v in values.items()
     }

@@ -48,7 +48,7 @@ _FLYING_WINGS: Final = (3000, 4000)
 _OUTPUTS: Final = 16
 _AILERONS: Final = 3
 _THROW_US: Final = {"ardupilot": 400.0, "px4": 500.0}
-"""From the middle to the end: SERVOn_MIN and _MAX are 1100 and 1900, PWM_MAIN_MINn 1000 and 2000."""
+"""From the middle to the end: by default 1100 to 1900 us, and 1000 to 2000 us."""
 _FOLLOWS: Final = 0.98
 _APART: Final = 0.9
 _THROTTLE: Final = 0.05  # an engine that stands is at its own value for that, 900 us
