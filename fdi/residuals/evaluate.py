@@ -268,7 +268,8 @@ def _noise(
     reported = context.signals.accuracy.get(channel)
     own = accuracy if reported is None else believed(reported, accuracy, context.beginning)
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
-    return np.hypot(own, timing * rate)
+    noise: Floats = np.hypot(own, timing * rate)
+    return noise
 
 
 def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:

@@ -40,3 +40,16 @@ def test_the_latency_of_a_receiver_is_the_one_the_autopilot_allows_for(told, lat
     found = [with_latency(m, values) for m in model.measurements if m.late]
     assert {m.channel.field for m in found} >= {"lat", "lon", "vel", "cog", "alt"}
     assert {(m.latency, m.latency_accuracy) for m in found} == {(latency, sure)}
+
+
+@pytest.mark.parametrize(
+    ("outputs", "own"),
+    [
+        ((0.5, 0.0, 0.28, 0.28), 1.0),  # PX4: motor 1 gives nothing, the controller takes 2 back
+        ((0.15, 0.0, 0.6, 0.6), 0.0),  # output 2 was stopped, and its opposite taken back for that
+        ((0.5, 0.4, 0.5, 0.4), 0.4),
+    ],
+)
+def test_an_output_that_the_controller_takes_back_is_not_stopped(outputs, own):
+    known = {f"u_{n}": u for n, u in enumerate(outputs, start=1)}
+    assert value("own_2", alone=0.75, **known) == own
