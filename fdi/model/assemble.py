@@ -48,7 +48,9 @@ if TYPE_CHECKING:
 
 STILL: Final = ":still"
 RECENT: Final = ":recent"
-"""Behind a field: not its value, but how long it has not changed, s."""
+SILENT: Final = ":silent"
+"""Behind a field: not its value, but how long it has not changed, s; its mean over the last
+seconds; how long its message has been silent, s."""
 
 ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
 """What a channel has once, however many variables it shows."""
@@ -338,7 +340,7 @@ def _message(
         part = ("fields", field_name)
         with draft.reporting(definition, *part):
             separator = "/" if name.isdigit() else "."
-            bare = field_name.removesuffix(STILL).removesuffix(RECENT)
+            bare = field_name.removesuffix(STILL).removesuffix(RECENT).removesuffix(SILENT)
             channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
                 raise ModelError(f"unknown symbol {item.variable!r}")
@@ -351,6 +353,9 @@ def _message(
             made = _measurement(channel, entry, item, trusted, unit, draft)
             if bare == field_name:
                 draft.check_column(made, definition, *part)
+            if field_name.endswith(SILENT):
+                yield _silent(made)
+                continue
             if bare != field_name:
                 is_still = field_name.endswith(STILL)
                 yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)
@@ -405,6 +410,19 @@ def _recent(of: Measurement) -> Measurement:
         channel=Channel(of.channel.message, of.channel.field + RECENT, of.channel.instance),
         value=Apply("recent", (of.value or Symbol(of.channel.field),)),
         trusted=True,
+    )
+
+
+def _silent(of: Measurement) -> Measurement:
+    """Return how long a channel's message has been silent as an input."""
+    return replace(
+        of,
+        channel=Channel(of.channel.message, of.channel.field + SILENT, of.channel.instance),
+        value=Symbol(of.channel.field),
+        when=None,
+        trusted=True,
+        stillness=True,
+        silence=True,
     )
 
 

@@ -141,6 +141,8 @@ def is_present(
         if message.made_from is None:  # otherwise the log has no such message at all
             warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
+    if measurement.silence and log.format == "tlog" and log.autopilot != "px4":
+        return False  # ArduPilot sends its streams whatever its sensors do: who stopped one is told
     if measurement.value is not None or measurement.raw:
         return True
     own = message.unit(channel.field)
@@ -264,6 +266,7 @@ def request_of(
         circular=variable.circular,
         latency=measurement.latency,
         latency_accuracy=measurement.latency_accuracy,
+        silence=measurement.silence,
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
     )

@@ -229,6 +229,8 @@ class Measurement:
         An input: known, brings no fault.
     stillness : bool
         How long the channel has not changed, s, instead of its value.
+    silence : bool
+        How long its message has been silent while others go on, s, instead of its value.
     """
 
     channel: Channel
@@ -248,6 +250,7 @@ class Measurement:
     trusted: bool = False
     reported: Expression | None = None
     stillness: bool = False
+    silence: bool = False
 
 
 def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:

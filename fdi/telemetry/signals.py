@@ -13,7 +13,7 @@ exception.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal
@@ -40,6 +40,10 @@ _RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded t
 _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
 _SAMPLES: Final = 500_000  # of a log's own extent: 14 h at 10 Hz, whatever there are of records
 _SAMPLES_PER_RECORD: Final = 10  # a longer one would be unknown nearly everywhere
+_EXPECTED: Final = 20  # of fewer records nobody expects the next
+_LIKE: Final = 2.0
+_MISSED: Final = 5.0
+_WITNESSES: Final = 2
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
 
 
@@ -84,6 +88,8 @@ class Request:
         The fields as on the wire instead of SI.
     circular : bool
         The value is an angle in rad that wraps.
+    silence : bool
+        How long the message has been silent while its like go on, instead.
     reported : callable or None
         Computes the accuracy that the message itself reports, from ``told``, its fields.
     latency, latency_accuracy : float
@@ -98,6 +104,7 @@ class Request:
     circular: bool = False
     latency: float = 0.0
     latency_accuracy: float = 0.0
+    silence: bool = False
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
 
@@ -305,6 +312,8 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
     if message is None or any(name not in message for name in names):
         return Records(np.empty(0), np.empty(0), request.circular)
+    if request.silence:
+        return _silence(message, material.messages.values())
     every = sampling.clock == "record"
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
@@ -318,6 +327,38 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     t, value = _ascending(t, value, sampling.equal_stamps)
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return Records(t - request.latency, value, request.circular, is_discrete)
+
+
+def _silence(message: Message, others: Iterable[Message]) -> Records:
+    """Return how long, s, a message has been silent while its like go on.
+
+    Those are the messages that come at most twice as often and as seldom. Time is counted in their
+    records (the median of them all): a radio link loses what is sent at one moment together, and
+    for seconds. Five periods are none: a link that loses every second message loses five in a row
+    once in 32 times. Before the first record it is unknown, and so it is with fewer than two alike.
+    """
+    unknown = Records(np.empty(0), np.empty(0), False)
+    if len(message) < _EXPECTED:
+        return unknown
+    period = float(np.median(np.diff(message.t)))
+    like = [
+        other.t
+        for other in others
+        if other.made_from is None
+        and other.key not in (message.key, message.made_from)
+        and len(other) >= _EXPECTED
+        and 1 / _LIKE <= float(np.median(np.diff(other.t))) / period <= _LIKE
+    ]
+    if len(like) < _WITNESSES:
+        return unknown
+    t = np.unique(np.concatenate(like))
+    since = np.searchsorted(message.t, t, side="right") - 1
+    last = message.t[since]
+    heard = [
+        np.searchsorted(o, t, side="right") - np.searchsorted(o, last, side="right") for o in like
+    ]
+    value = np.maximum(np.median(heard, axis=0) - _MISSED, 0.0) * period
+    return Records(t, np.where(since >= 0, value, np.nan), False)
 
 
 def _told(material: Material, request: Request, sampling: Sampling) -> Records | None:
