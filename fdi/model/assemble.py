@@ -400,6 +400,7 @@ def _stillness(of: Measurement, variable: str, accuracy: float | None = None) ->
         raw=of.raw,
         trusted=True,
         stillness=True,
+        stirred=of.stirred,
     )
 
 
@@ -453,6 +454,7 @@ def _measurement(
         accuracy=accuracy,
         jitter=jitter,
         offset=quantity(item.offset, unit),
+        stirred=tuple((Channel.parse(name), _in_si(moved)) for name, moved in item.stirred.items()),
         latency=draft.parameters[late] if late else quantity(latency, seconds),
         late=late,
         latency_accuracy=own,
@@ -463,6 +465,12 @@ def _measurement(
         trusted=trusted,
         reported=reported,
     )
+
+
+def _in_si(moved: float | str) -> float:
+    """Return a quantity of whatever unit it states in SI."""
+    unit = dimension(str(moved).strip().partition(" ")[2] or "1")
+    return quantity(moved, unit) * unit.factor
 
 
 def _all(conditions: list[Expression]) -> Expression | None:

@@ -267,6 +267,7 @@ def request_of(
         latency=measurement.latency,
         latency_accuracy=measurement.latency_accuracy,
         silence=measurement.silence,
+        stirred=measurement.stirred,
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
     )

@@ -229,6 +229,9 @@ class Measurement:
         An input: known, brings no fault.
     stillness : bool
         How long the channel has not changed, s, instead of its value.
+    stirred : tuple of (Channel, float)
+        Stillness counts only where one of these has moved by so much, SI, since it began; empty:
+        always.
     silence : bool
         How long its message has been silent while others go on, s, instead of its value.
     """
@@ -250,6 +253,7 @@ class Measurement:
     trusted: bool = False
     reported: Expression | None = None
     stillness: bool = False
+    stirred: tuple[tuple[Channel, float], ...] = ()
     silence: bool = False
 
 

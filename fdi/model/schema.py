@@ -148,6 +148,7 @@ class FieldEntry(_Entry):
     when: str | None = None
     raw: bool = False
     freeze: Quantity | None = None
+    stirred: dict[str, Quantity] = {}
     component: Name | None = None
     group: Group | None = None
 

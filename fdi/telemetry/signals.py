@@ -88,6 +88,8 @@ class Request:
         The fields as on the wire instead of SI.
     circular : bool
         The value is an angle in rad that wraps.
+    stirred : tuple of (Channel, float)
+        A stillness is unknown until one of these has moved by so much, SI, since it began.
     silence : bool
         How long the message has been silent while its like go on, instead.
     reported : callable or None
@@ -105,6 +107,7 @@ class Request:
     latency: float = 0.0
     latency_accuracy: float = 0.0
     silence: bool = False
+    stirred: tuple[tuple[Channel, float], ...] = ()
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
 
@@ -325,8 +328,31 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
         if request.valid is not None:
             value[~_valid(material, request.valid, fields, t)] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
+    if request.stirred:
+        value[(value > 0) & ~_stirred(material, request, t, t - value)] = np.nan
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return Records(t - request.latency, value, request.circular, is_discrete)
+
+
+def _stirred(material: Material, request: Request, t: Floats, since: Floats) -> NDArray[np.bool_]:
+    """Return whether something has moved by as much as it must, from ``since`` until ``t``."""
+    moved = np.zeros(t.size, np.bool_)
+    for channel, least in request.stirred:
+        message = material.messages.get(channel.source)
+        if message is None or channel.field not in message:
+            continue
+        values = message.si(channel.field)
+        known = np.isfinite(values)
+        at, values = message.t[known], values[known]
+        if message.unit(channel.field) == "rad":
+            values = np.unwrap(values)
+        first, last = np.searchsorted(at, since), np.searchsorted(at, t, side="right")
+        for begin in np.unique(first[last - first > 1]):  # the records of one stillness
+            rows = np.flatnonzero((first == begin) & (last - first > 1))
+            piece = values[begin : last[rows].max()]
+            reach = np.maximum.accumulate(piece) - np.minimum.accumulate(piece)
+            moved[rows] |= reach[last[rows] - begin - 1] >= least
+    return moved
 
 
 def _silence(message: Message, others: Iterable[Message]) -> Records:

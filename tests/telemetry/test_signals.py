@@ -219,3 +219,19 @@ def test_a_link_that_loses_everything_silences_no_sensor():
 
 def test_silence_is_unknown_without_messages_of_its_rate():
     assert not silence(quiet(("SCALED_PRESSURE", (30, 60)))).t.size
+
+
+@pytest.mark.parametrize(("turned", "known"), [(0.01, False), (0.2, True)])
+def test_a_stillness_counts_only_where_the_vehicle_has_moved(turned, known):
+    """A noiseless compass of a vehicle that does not turn is not frozen."""
+    t = np.arange(0.0, 30.0)
+    roll = np.where(t < 20, 0.0, turned)
+    column = Column(lambda: roll, Conversion("rad"))
+    attitude = Message("ATTITUDE", None, t, t, np.arange(t.size), {"roll": column})
+    held = log_of(t, np.where(t < 10, 0.0, t - 10))
+    material = Material({**held.messages, "ATTITUDE": attitude}, (0.0, 30.0), (), (), {}, "by hand")
+    stirred = ((Channel("ATTITUDE", "roll"), 0.05),)
+    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling())
+    assert np.isfinite(found.value[t <= 10]).all()
+    assert np.isnan(found.value[(t > 10) & (t < 20)]).all()
+    assert np.isfinite(found.value[t >= 20]).all() == known
