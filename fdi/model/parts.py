@@ -283,4 +283,5 @@ def read_by(
         told = symbols(measurement.reported)
         names.update(dict.fromkeys(name for name in told if name not in parameters))
     message, instance = measurement.channel.message, measurement.channel.instance
-    return tuple(Channel(message, name, instance) for name in names)
+    own = tuple(Channel(message, name, instance) for name in names)
+    return (*own, *(channel for channel, _ in measurement.stirred if measurement.stillness))
