@@ -360,7 +360,7 @@ def _message(
                 is_still = field_name.endswith(STILL)
                 yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)
                 continue
-            yield made
+            yield replace(made, stirred=())
             if item.freeze is not None:
                 watched = _watched(made, quantity(item.freeze, dimension("s")), draft)
                 yield _stillness(made, watched)
@@ -419,7 +419,7 @@ def _silent(of: Measurement) -> Measurement:
     return replace(
         of,
         channel=Channel(of.channel.message, of.channel.field + SILENT, of.channel.instance),
-        value=Symbol(of.channel.field),
+        value=Number(0.0),  # when its records came counts, not what they say
         when=None,
         trusted=True,
         stillness=True,
