@@ -70,4 +70,4 @@ def test_output_that_never_moved_is_not_judged(case):
     generators = alarms.residuals.bank.generators
     names = [alarms.residuals.bank.system.equations[g.residual].name for g in generators]
     assert (alarms.state[names.index("aileron_output_held")] == -1).all()
-    assert (alarms.state[names.index("aileron_5_output_held")] == 0).any()
+    assert (alarms.state[names.index("aileron_2_output_held")] == 0).any()

@@ -20,10 +20,12 @@ from fdi.model.observe import (
     relation_equation,
     request_of,
     usable,
+    with_latency,
 )
 from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
 from fdi.model.system import System
+from fdi.model.world import undated
 from fdi.telemetry import Copy, Log, Request
 
 
@@ -85,7 +87,7 @@ class Airframe:
         warnings: list[str] = []
         parameters = {name: value_of(p, log) for name, p in self.parameters.items()}
         present = first_inputs(
-            m
+            with_latency(m, parameters)
             for m in self.measurements
             if m.channel.source in also or self._shows(log, m, warnings)
         )
@@ -112,6 +114,8 @@ class Airframe:
             relations, measurements, present, self.components, log, warnings
         )
         warnings += [*told, *assumptions(self.parameters, relations, present, log)]
+        if log is not None and any(p.world for p in self.parameters.values()):
+            warnings += undated(log)
         holding = [relation_equation(e, self.variables) for e in relations]
         holding += [measurement_equation(m, self.variables) for m in present]
         unknowns = {name for equation in holding for name in equation.edges}

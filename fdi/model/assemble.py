@@ -48,7 +48,9 @@ if TYPE_CHECKING:
 
 STILL: Final = ":still"
 RECENT: Final = ":recent"
-"""Behind a field: not its value, but how long it has not changed, s."""
+SILENT: Final = ":silent"
+"""Behind a field: not its value, but how long it has not changed, s; its mean over the last
+seconds; how long its message has been silent, s."""
 
 ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
 """What a channel has once, however many variables it shows."""
@@ -61,6 +63,7 @@ class _Draft:
     found: Definitions
     units: dict[str, Dimension | None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
+    parameters: dict[str, float] = field(default_factory=dict)  # their own values
     faults: dict[str, str] = field(default_factory=dict)
     watched: dict[str, Equation] = field(default_factory=dict)  # by the variable of the stillness
     columns: dict[Channel, tuple[Measurement, str]] = field(default_factory=dict)
@@ -117,6 +120,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
     parameters = {
         name: p for name, d in draft.items("parameters") if (p := _parameter(name, d, draft))
     }
+    draft.parameters |= {n: p.value for n, p in parameters.items() if p.value is not None}
     equations: list[Equation] = []
     for kind, section in ((Kind.RELATION, "equations"), (Kind.EQUALITY, "equalities")):
         made = [_equation(name, kind, d, draft) for name, d in draft.items(section)]
@@ -336,7 +340,7 @@ def _message(
         part = ("fields", field_name)
         with draft.reporting(definition, *part):
             separator = "/" if name.isdigit() else "."
-            bare = field_name.removesuffix(STILL).removesuffix(RECENT)
+            bare = field_name.removesuffix(STILL).removesuffix(RECENT).removesuffix(SILENT)
             channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
                 raise ModelError(f"unknown symbol {item.variable!r}")
@@ -346,14 +350,17 @@ def _message(
             unit = draft.units[item.variable]
             if unit is None:
                 continue
-            made = _measurement(channel, entry, item, trusted, unit)
+            made = _measurement(channel, entry, item, trusted, unit, draft)
             if bare == field_name:
                 draft.check_column(made, definition, *part)
+            if field_name.endswith(SILENT):
+                yield _silent(made)
+                continue
             if bare != field_name:
                 is_still = field_name.endswith(STILL)
                 yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)
                 continue
-            yield made
+            yield replace(made, stirred=())
             if item.freeze is not None:
                 watched = _watched(made, quantity(item.freeze, dimension("s")), draft)
                 yield _stillness(made, watched)
@@ -393,6 +400,7 @@ def _stillness(of: Measurement, variable: str, accuracy: float | None = None) ->
         raw=of.raw,
         trusted=True,
         stillness=True,
+        stirred=of.stirred,
     )
 
 
@@ -406,8 +414,21 @@ def _recent(of: Measurement) -> Measurement:
     )
 
 
+def _silent(of: Measurement) -> Measurement:
+    """Return how long a channel's message has been silent as an input."""
+    return replace(
+        of,
+        channel=Channel(of.channel.message, of.channel.field + SILENT, of.channel.instance),
+        value=Number(0.0),  # when its records came counts, not what they say
+        when=None,
+        trusted=True,
+        stillness=True,
+        silence=True,
+    )
+
+
 def _measurement(
-    channel: Channel, entry: Any, item: Any, trusted: bool, unit: Dimension
+    channel: Channel, entry: Any, item: Any, trusted: bool, unit: Dimension, draft: _Draft
 ) -> Measurement:
     accuracy = None if item.accuracy is None else quantity(item.accuracy, unit)
     if accuracy is not None and accuracy <= 0:
@@ -416,6 +437,10 @@ def _measurement(
     if jitter is not None and not (accuracy and 0 < jitter <= accuracy):
         raise ModelError(f"jitter is {jitter:g}, must be positive and within the accuracy")
     latency = entry.latency if item.latency is None else item.latency
+    late = latency if isinstance(latency, str) and latency in draft.parameters else ""
+    seconds = dimension("s")
+    own = quantity(entry.latency_accuracy, seconds)
+    told = own if entry.latency_told is None else quantity(entry.latency_told, seconds)
     value = None if item.value is None else parse(item.value)
     reported = None if item.reported is None else parse(item.reported)
     if reported is not None and accuracy is None:
@@ -429,13 +454,23 @@ def _measurement(
         accuracy=accuracy,
         jitter=jitter,
         offset=quantity(item.offset, unit),
-        latency=quantity(latency, dimension("s")),
+        stirred=tuple((Channel.parse(name), _in_si(moved)) for name, moved in item.stirred.items()),
+        latency=draft.parameters[late] if late else quantity(latency, seconds),
+        late=late,
+        latency_accuracy=own,
+        latency_told=told,
         value=value,
         when=_all(conditions),
         raw=item.raw,
         trusted=trusted,
         reported=reported,
     )
+
+
+def _in_si(moved: float | str) -> float:
+    """Return a quantity of whatever unit it states in SI."""
+    unit = dimension(str(moved).strip().partition(" ")[2] or "1")
+    return quantity(moved, unit) * unit.factor
 
 
 def _all(conditions: list[Expression]) -> Expression | None:

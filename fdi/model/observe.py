@@ -11,7 +11,7 @@ The trap for a maintainer: inside a measurement equation the channel's value is 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import isclose
 from typing import Any, Final
 
@@ -141,6 +141,8 @@ def is_present(
         if message.made_from is None:  # otherwise the log has no such message at all
             warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
+    if measurement.silence and log.format == "tlog" and log.autopilot != "px4":
+        return False  # ArduPilot sends its streams whatever its sensors do: who stopped one is told
     if measurement.value is not None or measurement.raw:
         return True
     own = message.unit(channel.field)
@@ -222,6 +224,15 @@ def measurement_equation(
     )
 
 
+def with_latency(measurement: Measurement, parameters: Mapping[str, ParameterValue]) -> Measurement:
+    """Return a measurement with the latency that the log's parameter tells, and how sure it is."""
+    told = parameters.get(measurement.late)
+    if told is None:
+        return measurement
+    sure = measurement.latency_told if told.source == "log" else measurement.latency_accuracy
+    return replace(measurement, latency=told.value, latency_accuracy=sure)
+
+
 def faults_of(
     equations: Sequence[SystemEquation], components: Mapping[str, Component]
 ) -> list[Fault]:
@@ -254,6 +265,9 @@ def request_of(
         raw=measurement.raw,
         circular=variable.circular,
         latency=measurement.latency,
+        latency_accuracy=measurement.latency_accuracy,
+        silence=measurement.silence,
+        stirred=measurement.stirred,
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
     )

@@ -14,7 +14,9 @@ from typing import Final, Literal
 from fdi.model.expression import CONSTANTS, Expression, symbols
 from fdi.telemetry import Channel
 
-STATES: Final = frozenset({"armed", "airborne", "mode", "phase", "step"})
+STATES: Final = frozenset(
+    {"armed", "airborne", "mode", "phase", "controls_attitude", "controls_height", "step"}
+)
 """What every condition knows: the flight state, and the time between two samples, s."""
 MEASURED: Final = "measured"
 """A channel's value in its measurement equation."""
@@ -211,6 +213,10 @@ class Measurement:
         A constant difference that a healthy sensor may have, in the variable's unit.
     latency : float
         s; how late the channel shows the variable.
+    late : str
+        The parameter that the latency is taken from where a log is there, "" for none.
+    latency_accuracy, latency_told : float
+        s, one sigma of it: by itself, and where the log tells that parameter.
     reported : Expression or None
         The channel's accuracy by its own message, over its fields, in the variable's unit.
     value : Expression or None
@@ -223,6 +229,11 @@ class Measurement:
         An input: known, brings no fault.
     stillness : bool
         How long the channel has not changed, s, instead of its value.
+    stirred : tuple of (Channel, float)
+        Stillness counts only where one of these has moved by so much, SI, since it began; empty:
+        always.
+    silence : bool
+        How long its message has been silent while others go on, s, instead of its value.
     """
 
     channel: Channel
@@ -233,12 +244,17 @@ class Measurement:
     jitter: float | None = None
     offset: float = 0.0
     latency: float = 0.0
+    late: str = ""
+    latency_accuracy: float = 0.0
+    latency_told: float = 0.0
     value: Expression | None = None
     when: Expression | None = None
     raw: bool = False
     trusted: bool = False
     reported: Expression | None = None
     stillness: bool = False
+    stirred: tuple[tuple[Channel, float], ...] = ()
+    silence: bool = False
 
 
 def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:
@@ -267,4 +283,5 @@ def read_by(
         told = symbols(measurement.reported)
         names.update(dict.fromkeys(name for name in told if name not in parameters))
     message, instance = measurement.channel.message, measurement.channel.instance
-    return tuple(Channel(message, name, instance) for name in names)
+    own = tuple(Channel(message, name, instance) for name in names)
+    return (*own, *(channel for channel, _ in measurement.stirred if measurement.stillness))

@@ -148,6 +148,7 @@ class FieldEntry(_Entry):
     when: str | None = None
     raw: bool = False
     freeze: Quantity | None = None
+    stirred: dict[str, Quantity] = {}
     component: Name | None = None
     group: Group | None = None
 
@@ -159,6 +160,8 @@ class MeasurementEntry(_Entry):
     component: Name | None = None
     group: Group | None = None
     latency: Quantity = 0.0
+    latency_accuracy: Quantity = 0.0
+    latency_told: Quantity | None = None
     when: str | None = None
     description: str = ""
 

@@ -9,7 +9,9 @@ multiplies effects by its noise gain. The spread is the root of the sum of squar
 
 The noise of an input has two parts: the channel's accuracy (stated, or reported by the log itself,
 see ``accuracy.py``), and its rate of change times the uncertainty of its time, a quarter of the
-channel's own period (the reason why residuals swell in manoeuvres). A constant offset that a
+channel's own period (the reason why residuals swell in manoeuvres). How well a sensor's latency is
+known is carried apart, one source for all channels of a message: it is the same all along, so a
+derivative feels only the change of the rate. A constant offset that a
 healthy sensor may have is carried likewise, apart, as are tolerances of equations; they bound, they
 do not spread.
 
@@ -26,6 +28,7 @@ import numpy as np
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Symbol, symbols
+from fdi.model.parts import Measurement
 from fdi.model.system import System
 from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
@@ -45,7 +48,8 @@ SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
 Effects = dict[tuple[str, int, int], Floats]
-"""(``noise``, ``offset``, ``swing``; source, generation) to the column by which the value moves."""
+"""(``noise``, ``late``, ``offset``, ``swing``; source, generation) to the column by which the value
+moves."""
 
 
 class Evaluated(NamedTuple):
@@ -122,9 +126,9 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
         for row in rows.get(number, ()):
             value = done[number]
             values[row] = value.column
-            spread[row] = _root_sum(value.effects, "noise", size)
+            spread[row] = _root_sum(value.effects, ("noise", "late"), size)
             allowance[row] = _sum(value.effects, "offset", size)
-            swing[row] = _root_sum(value.effects, "swing", size)
+            swing[row] = _root_sum(value.effects, ("swing",), size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
         for used in set(node.reads):
@@ -149,10 +153,7 @@ def context_of(
         recipe,
         {name: np.float64(p.value) for name, p in system.parameters.items()},  # type: ignore[misc]
         {
-            "armed": state.armed,
-            "airborne": state.airborne,
-            "mode": state.mode,
-            "phase": state.phase,
+            **state.named(),
         },
         1.0 / signals.rate_hz,
         beginning_of(signals),
@@ -173,10 +174,10 @@ def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
     return {used: number for number, node in enumerate(nodes) for used in node.reads}
 
 
-def _root_sum(effects: Effects, kind: str, size: int) -> Floats:
+def _root_sum(effects: Effects, kinds: tuple[str, ...], size: int) -> Floats:
     total = np.zeros(size)
     for (own, _, _), effect in effects.items():
-        if own == kind:
+        if own in kinds:
             total += effect**2
     return np.sqrt(total)
 
@@ -232,25 +233,43 @@ def _channel(node: Node, context: Context) -> Value:
     if measurement.accuracy is not None:
         noise = _noise(column, measurement.channel, measurement.accuracy, circular, context)
         effects["noise", node.equation, 0] = noise
+    late = context.signals.late.get(measurement.channel)
+    if late:
+        effects["late", _sender(measurement, context), 0] = late * _rate(column, circular, context)
     if measurement.offset:
         effects["offset", node.equation, 0] = np.full(len(column), measurement.offset)
     return Value(column, effects, spacing=spacing)
 
 
+def _sender(measurement: Measurement, context: Context) -> int:
+    """Return the first equation of the sensor in a message: all its channels are late alike."""
+    wanted = measurement.channel.source, measurement.component
+    return next(
+        number
+        for number, equation in enumerate(context.system.equations)
+        if (m := equation.measurement) and (m.channel.source, m.component) == wanted
+    )
+
+
+def _rate(column: Floats, circular: bool, context: Context) -> Floats:
+    """Return the change of a column per second, with its sign, 0 where unknown."""
+    step = np.diff(column, prepend=column[:1])
+    change = np.nan_to_num(wrap(step) if circular else step)
+    return np.asarray(change / context.step, dtype=np.float64)
+
+
 def _noise(
     column: Floats, channel: Channel, accuracy: float, circular: bool, context: Context
 ) -> Floats:
-    step = np.diff(column, prepend=column[:1])
-    if circular:
-        step = wrap(step)
-    rate = np.abs(np.nan_to_num(step)) / context.step
+    rate = np.abs(_rate(column, circular, context))
     # A change shows in the sample before and after it as well: interpolation spreads it.
     around = np.pad(rate, 1)
     rate = np.maximum(rate, np.maximum(around[:-2], around[2:]))
     reported = context.signals.accuracy.get(channel)
     own = accuracy if reported is None else believed(reported, accuracy, context.beginning)
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
-    return np.hypot(own, timing * rate)
+    noise: Floats = np.hypot(own, timing * rate)
+    return noise
 
 
 def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
@@ -379,6 +398,11 @@ def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Valu
         for (kind, source, generation), effect in value.effects.items()
         if kind == "noise"
     }
+    effects |= {
+        key: np.nan_to_num(differentiate(effect, context.step, recipe)[0])
+        for key, effect in value.effects.items()
+        if key[0] == "late"
+    }
     if context.spreads:
         effects["noise", -1 - node.equation, 0] = _curvature(column)
     return Value(column, effects, value.ahead + recipe.half_width(context.step))
@@ -406,7 +430,7 @@ def _slope(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     column, error = slope(
         [value.column for value in given[0::2]],
         [value.column for value in given[1::2]],
-        [_root_sum(value.effects, "noise", size) for value in given[1::2]],
+        [_root_sum(value.effects, ("noise", "late"), size) for value in given[1::2]],
         context.step,
         equation.window,
     )

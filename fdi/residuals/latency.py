@@ -166,9 +166,15 @@ def sample(
 
 def with_lags(requests: Iterable[Request], lags: Iterable[Lag]) -> tuple[Request, ...]:
     """Return what to ask of a log so that lags that are used are taken off as well."""
-    late = {channel: lag.value for lag in lags if lag.used for channel in lag.channels}
+    late = {channel: lag for lag in lags if lag.used for channel in lag.channels}
     return tuple(
-        replace(request, latency=request.latency + late.get(request.channel, 0.0))
+        replace(
+            request,
+            latency=request.latency + late[request.channel].value,
+            latency_accuracy=late[request.channel].sigma,
+        )
+        if request.channel in late
+        else request
         for request in requests
     )
 
@@ -238,7 +244,7 @@ def _judged(
 ) -> Lag:
     first = members[0].measurement
     period = signals.period.get(first.channel, 1.0 / signals.rate_hz)
-    assumed = TIMING_SHARE * period
+    assumed = float(np.hypot(TIMING_SHARE * period, signals.late.get(first.channel, 0.0)))
     value, sigma, blocks = combined(found)
     why: Why = ""
     if not blocks >= LEAST_BLOCKS:

@@ -111,17 +111,9 @@ def reached(piece: Stretch, fault: Fault) -> dict[int, Floats]:
 
 
 def _cut(signals: Signals, span: slice) -> Signals:
-    state = signals.state
     return replace(
         signals,
         t=signals.t[span],
         columns={channel: column[span] for channel, column in signals.columns.items()},
-        state=replace(
-            state,
-            t=state.t[span],
-            armed=state.armed[span],
-            airborne=state.airborne[span],
-            mode=state.mode[span],
-            phase=state.phase[span],
-        ),
+        state=signals.state.part(span),
     )

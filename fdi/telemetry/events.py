@@ -7,11 +7,13 @@ of mode, arming and texts; `flights.py` finds take-off, landing and impact from 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from fdi.telemetry.catalogue import data_table
 
 Floats = NDArray[np.float64]
 Kind = Literal[
@@ -94,13 +96,27 @@ class Flight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlightState:
-    """The vehicle's state at times t, (n,) each."""
+    """The vehicle's state at times t, (n,) each.
+
+    ``controls_attitude``: the autopilot keeps an attitude that somebody demands;
+    ``controls_height``: it keeps a height or a rate of climb as well, with engine or motors.
+    """
 
     t: Floats
     armed: NDArray[np.bool_]
     airborne: NDArray[np.bool_]
     mode: NDArray[Any]
     phase: NDArray[Any]
+    controls_attitude: NDArray[np.bool_]
+    controls_height: NDArray[np.bool_]
+
+    def part(self, span: slice) -> FlightState:
+        """Return the state at some of the times."""
+        return FlightState(*(getattr(self, f.name)[span] for f in fields(self)))
+
+    def named(self) -> dict[str, NDArray[Any]]:
+        """Return the states by the names that conditions of a model give them."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "t"}
 
 
 def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight]) -> FlightState:
@@ -132,7 +148,10 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
         phase, in_flight = _phases(at, flights)
         armed = armed if arms else in_flight
     airborne = (phase == "takeoff") | (phase == "flight") | (phase == "landing")
-    return FlightState(at, armed, np.asarray(airborne, np.bool_), mode, phase)
+    controls = data_table("modes_controls")
+    height = np.isin(mode.astype(str), controls["height"])
+    attitude = height | np.isin(mode.astype(str), controls["attitude"])
+    return FlightState(at, armed, np.asarray(airborne, np.bool_), mode, phase, attitude, height)
 
 
 def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:

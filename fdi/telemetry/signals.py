@@ -13,7 +13,7 @@ exception.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal
@@ -40,6 +40,10 @@ _RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded t
 _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
 _SAMPLES: Final = 500_000  # of a log's own extent: 14 h at 10 Hz, whatever there are of records
 _SAMPLES_PER_RECORD: Final = 10  # a longer one would be unknown nearly everywhere
+_EXPECTED: Final = 20  # of fewer records nobody expects the next
+_LIKE: Final = 2.0
+_MISSED: Final = 5.0
+_WITNESSES: Final = 2
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
 
 
@@ -79,15 +83,19 @@ class Request:
     value : callable or None
         Computes the quantity from those fields at record times; None is the field itself.
     valid : callable or None
-        Says at which records it is valid; sees the fields and armed, airborne, mode, phase.
+        Says at which records it is valid; sees the fields and the flight state.
     raw : bool
         The fields as on the wire instead of SI.
     circular : bool
         The value is an angle in rad that wraps.
+    stirred : tuple of (Channel, float)
+        A stillness is unknown until one of these has moved by so much, SI, since it began.
+    silence : bool
+        How long the message has been silent while its like go on, instead.
     reported : callable or None
         Computes the accuracy that the message itself reports, from ``told``, its fields.
-    latency : float
-        s, taken off the record times.
+    latency, latency_accuracy : float
+        s, taken off the record times; how well that is known.
     """
 
     channel: Channel
@@ -97,6 +105,9 @@ class Request:
     raw: bool = False
     circular: bool = False
     latency: float = 0.0
+    latency_accuracy: float = 0.0
+    silence: bool = False
+    stirred: tuple[tuple[Channel, float], ...] = ()
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
 
@@ -157,6 +168,8 @@ class Signals:
         m above the place of take-off (or the lowest place), NaN unknown; to tell, no channel.
     spacing : Mapping[Channel, float]
         s, how far apart the channel's records are about a moment at which it is known.
+    late : Mapping[Channel, float]
+        s; how well the latency of a channel is known that has any.
     """
 
     t: Floats
@@ -172,6 +185,7 @@ class Signals:
     ends: tuple[FlightEnd, ...] = ()
     height: Floats | None = None
     spacing: Mapping[Channel, float] = field(default_factory=dict)
+    late: Mapping[Channel, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -250,6 +264,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         material.ends,
         _height(material, t),
         MappingProxyType(spacing),
+        {r.channel: r.latency_accuracy for r in requests if r.latency_accuracy},
     )
 
 
@@ -300,6 +315,8 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
     if message is None or any(name not in message for name in names):
         return Records(np.empty(0), np.empty(0), request.circular)
+    if request.silence:
+        return _silence(message, material.messages.values())
     every = sampling.clock == "record"
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
@@ -311,8 +328,63 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
         if request.valid is not None:
             value[~_valid(material, request.valid, fields, t)] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
+    if request.stirred:
+        value[(value > 0) & ~_stirred(material, request, t, t - value)] = np.nan
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return Records(t - request.latency, value, request.circular, is_discrete)
+
+
+def _stirred(material: Material, request: Request, t: Floats, since: Floats) -> NDArray[np.bool_]:
+    """Return whether something has moved by as much as it must, from ``since`` until ``t``."""
+    moved = np.zeros(t.size, np.bool_)
+    for channel, least in request.stirred:
+        message = material.messages.get(channel.source)
+        if message is None or channel.field not in message:
+            continue
+        values = message.si(channel.field)
+        known = np.isfinite(values)
+        at, values = message.t[known], values[known]
+        if message.unit(channel.field) == "rad":
+            values = np.unwrap(values)
+        first, last = np.searchsorted(at, since), np.searchsorted(at, t, side="right")
+        for begin in np.unique(first[last - first > 1]):  # the records of one stillness
+            rows = np.flatnonzero((first == begin) & (last - first > 1))
+            piece = values[begin : last[rows].max()]
+            reach = np.maximum.accumulate(piece) - np.minimum.accumulate(piece)
+            moved[rows] |= reach[last[rows] - begin - 1] >= least
+    return moved
+
+
+def _silence(message: Message, others: Iterable[Message]) -> Records:
+    """Return how long, s, a message has been silent while its like go on.
+
+    Those are the messages that come at most twice as often and as seldom. Time is counted in their
+    records (the median of them all): a radio link loses what is sent at one moment together, and
+    for seconds. Five periods are none: a link that loses every second message loses five in a row
+    once in 32 times. Before the first record it is unknown, and so it is with fewer than two alike.
+    """
+    unknown = Records(np.empty(0), np.empty(0), False)
+    if len(message) < _EXPECTED:
+        return unknown
+    period = float(np.median(np.diff(message.t)))
+    like = [
+        other.t
+        for other in others
+        if other.made_from is None
+        and other.key not in (message.key, message.made_from)
+        and len(other) >= _EXPECTED
+        and 1 / _LIKE <= float(np.median(np.diff(other.t))) / period <= _LIKE
+    ]
+    if len(like) < _WITNESSES:
+        return unknown
+    t = np.unique(np.concatenate(like))
+    since = np.searchsorted(message.t, t, side="right") - 1
+    last = message.t[since]
+    heard = [
+        np.searchsorted(o, t, side="right") - np.searchsorted(o, last, side="right") for o in like
+    ]
+    value = np.maximum(np.median(heard, axis=0) - _MISSED, 0.0) * period
+    return Records(t, np.where(since >= 0, value, np.nan), False)
 
 
 def _told(material: Material, request: Request, sampling: Sampling) -> Records | None:
@@ -337,13 +409,7 @@ def _valid(
     material: Material, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
 ) -> NDArray[np.bool_]:
     state = flight_state(t, material.events, material.flights)
-    known = {
-        **fields,
-        "armed": state.armed,
-        "airborne": state.airborne,
-        "mode": state.mode,
-        "phase": state.phase,
-    }
+    known = {**fields, **state.named()}
     return np.broadcast_to(np.asarray(valid(known), np.bool_), t.shape)
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fdi.model.world import world_value
+from fdi.model.world import undated, world_value
 
 
 def log_at(lat, lon, utc="2020-01-01T00:00:00Z", message="GPS_RAW_INT"):
@@ -60,12 +60,6 @@ def test_estimated_place_serves_where_the_receiver_has_none():
     assert world_value("magnetic_strength", known) == world_value("magnetic_strength", alone)
 
 
-@pytest.mark.parametrize("day", [None, "1970-01-01T00:00:05Z", "2009-12-31T00:00:00Z"])
-def test_without_a_day_the_field_is_unknown(day):
-    """An older clock than the oldest model was never set."""
-    assert world_value("magnetic_declination", log_at([47.0], [8.0], day)) is None
-
-
 def test_without_a_place_the_field_is_unknown():
     assert world_value("magnetic_strength", log_at([0.0, np.nan], [0.0, np.nan])) is None
     assert world_value("magnetic_strength", log_at([47.0], [8.0], message="OTHER")) is None
@@ -75,3 +69,23 @@ def test_day_beyond_the_newest_model_takes_the_newest():
     late = world_value("magnetic_declination", log_at([47.0], [8.0], "2041-06-01T00:00:00Z"))
     last = world_value("magnetic_declination", log_at([47.0], [8.0], "2029-12-28T00:00:00Z"))
     assert late == pytest.approx(last, abs=np.radians(0.01))
+
+
+@pytest.mark.parametrize("day", [None, "1970-01-01T00:00:05Z", "2009-12-31T00:00:00Z"])
+def test_without_a_day_the_field_is_known_within_two_degrees(day):
+    """A clock that was never set is no reason to leave every compass untested."""
+    for year in (2011, 2029):
+        dated = log_at([47.0], [8.0], f"{year}-07-01T00:00:00Z")
+        undated_log = log_at([47.0], [8.0], day)
+        names = "magnetic_declination", "magnetic_strength"
+        turned, grown = (world_value(n, undated_log) - world_value(n, dated) for n in names)
+        assert abs(np.degrees(turned)) < 2.0
+        assert abs(grown) < 1e-6
+        assert list(undated(dated)) == []
+    assert "2020" in next(undated(undated_log))
+
+
+def test_without_a_place_no_field_is_assumed():
+    nowhere = log_at([np.nan], [np.nan], None)
+    assert world_value("magnetic_strength", nowhere) is None
+    assert list(undated(nowhere)) == []

@@ -1,5 +1,7 @@
 """A whole small model: what residuals show of a fault, and how far they stray without one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -222,3 +224,29 @@ def test_condition_knows_the_time_between_two_samples(tmp_path, limit, judged):
     pair = {"VFR_HUD.alt", "VFR_HUD.climb"}
     (place,) = [i for i, g in enumerate(bank.generators) if set(g.faults) == pair]
     assert np.isfinite(found.values[place]).any() == judged
+
+
+def test_what_is_not_known_of_a_latency_widens_a_turn_and_no_straight_flight(tmp_path):
+    """A receiver that may be 0.1 s late is 0.1 s of turning off, and nothing else."""
+    text = GLIDER.replace("    when: fix_type", "    latency_accuracy: 0.1 s\n    when: fix_type")
+    late, plain = (
+        build_bank(airframe(tmp_path, t).observe(), "mtes+cross_checks") for t in (text, GLIDER)
+    )
+    n, rate = 200, 0.5
+    t = np.arange(n) / RATE
+    course = np.where(t < 20, 0.0, rate * (t - 20))
+    columns = truth(n) | {
+        "LOCAL_POSITION_NED.vx": 15 * np.cos(course),
+        "LOCAL_POSITION_NED.vy": 15 * np.sin(course),
+        "GPS_RAW_INT.cog": np.angle(np.exp(1j * course)),
+    }
+    spreads = []
+    for bank in (late, plain):
+        known = signals(bank.system, columns)
+        told = {r.channel: r.latency_accuracy for r in bank.system.channels if r.latency_accuracy}
+        values = bank.evaluate(replace(known, late=told), Differentiation())
+        row = next(k for k, g in enumerate(bank.generators) if "GPS_RAW_INT.cog" in g.faults)
+        spreads.append(values.spread[row])
+    assert spreads[0][50] == spreads[1][50]
+    added = np.sqrt(spreads[0][150] ** 2 - spreads[1][150] ** 2)
+    assert added == pytest.approx(0.1 * rate, rel=0.02)

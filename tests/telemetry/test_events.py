@@ -86,3 +86,22 @@ def test_order_of_the_moments_asked_for_does_not_matter(marks, order):
     one, other = flight_state(times, events, flights), flight_state(times[order], events, flights)
     for name in ("armed", "airborne", "mode", "phase"):
         assert getattr(one, name)[order].tolist() == getattr(other, name).tolist()
+
+
+@pytest.mark.parametrize(
+    ("mode", "attitude", "height"),
+    [
+        ("AUTO", True, True),  # ArduPilot
+        ("AUTO_MISSION", True, True),  # PX4
+        ("ALTCTL", True, True),
+        ("FBWA", True, False),
+        ("STABILIZED", True, False),
+        ("MANUAL", False, False),
+        ("QHOVER", False, False),  # motors hold it, not surfaces
+        ("", False, False),
+    ],
+)
+def test_modes_say_what_is_controlled_on_both_autopilots(mode, attitude, height):
+    state = flight_state([1.0], [Event(0.0, "mode", mode)], ())
+    assert state.controls_attitude.tolist() == [attitude]
+    assert state.controls_height.tolist() == [height]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from fdi.errors import LogError, UsageError
 from fdi.telemetry import Channel, Request, Sampling
 from fdi.telemetry.message import Column, Message
-from fdi.telemetry.signals import Material, resample
+from fdi.telemetry.signals import Material, records_of, resample
 from fdi.units import Conversion
 
 from .build import Flight
@@ -184,3 +184,54 @@ def test_log_whose_times_are_nonsense_makes_no_endless_grid():
     log = log_of([0.0, 0.1, 0.2, 1e6], [1.0, 2.0, 3.0, 4.0])
     with pytest.raises(LogError, match="and there are 4 records"):
         resample(log, (Request(A, ("a",)),), Sampling())
+
+
+def quiet(*keys):
+    """Messages at 1 Hz for 60 s by key, with the times that each lacks."""
+    made = {}
+    for key, (low, high) in keys:
+        t = np.array([x for x in np.arange(60.0) if not low <= x < high])
+        column = Column(lambda n=t.size: np.zeros(n), Conversion("Pa"))
+        made[key] = Message(key, None, t, t, np.arange(t.size), {"press_abs": column})
+    return made
+
+
+def silence(messages):
+    material = Material(messages, (0.0, 60.0), (), (), {}, "by hand")
+    channel = Channel("SCALED_PRESSURE", "press_abs:silent")
+    request = Request(channel, ("press_abs",), lambda c: c["press_abs"], silence=True)
+    return records_of(material, request, Sampling())
+
+
+def test_a_sensor_that_stops_while_its_like_go_on_is_silent():
+    found = silence(
+        quiet(("SCALED_PRESSURE", (30, 60)), ("HEARTBEAT", (0, 0)), ("SYSTEM_TIME", (0, 0)))
+    )
+    assert found.value[found.t < 34].max() == 0.0
+    assert found.value[-1] == pytest.approx(59 - 29 - 5)
+
+
+def test_a_link_that_loses_everything_silences_no_sensor():
+    gap = (30, 50)
+    found = silence(quiet(("SCALED_PRESSURE", gap), ("HEARTBEAT", gap), ("SYSTEM_TIME", gap)))
+    assert found.value.max() == 0.0
+
+
+def test_silence_is_unknown_without_messages_of_its_rate():
+    assert not silence(quiet(("SCALED_PRESSURE", (30, 60)))).t.size
+
+
+@pytest.mark.parametrize(("turned", "known"), [(0.01, False), (0.2, True)])
+def test_a_stillness_counts_only_where_the_vehicle_has_moved(turned, known):
+    """A noiseless compass of a vehicle that does not turn is not frozen."""
+    t = np.arange(0.0, 30.0)
+    roll = np.where(t < 20, 0.0, turned)
+    column = Column(lambda: roll, Conversion("rad"))
+    attitude = Message("ATTITUDE", None, t, t, np.arange(t.size), {"roll": column})
+    held = log_of(t, np.where(t < 10, 0.0, t - 10))
+    material = Material({**held.messages, "ATTITUDE": attitude}, (0.0, 30.0), (), (), {}, "by hand")
+    stirred = ((Channel("ATTITUDE", "roll"), 0.05),)
+    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling())
+    assert np.isfinite(found.value[t <= 10]).all()
+    assert np.isnan(found.value[(t > 10) & (t < 20)]).all()
+    assert np.isfinite(found.value[t >= 20]).all() == known

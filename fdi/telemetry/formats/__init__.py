@@ -19,6 +19,7 @@ gather.py             bytes at many offsets
 repeated.py           which rows of bytes are the same
 meaning.py            what another format says, in MAVLink's words
 meaning_sources.py    how the table of correspondences is written
+outputs.py            which surface every output of a plane drives
 tlog.py               MAVLink telemetry log: puts the log together
 mavlink_frames.py     finds frames and damage in the bytes
 mavlink_checksum.py   whether a frame is what was sent

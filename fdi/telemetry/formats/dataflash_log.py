@@ -31,6 +31,7 @@ from fdi.telemetry.formats.dataflash_tables import Table, Tables, columns
 from fdi.telemetry.formats.mavlink_events import firmware
 from fdi.telemetry.formats.mavlink_quality import gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
+from fdi.telemetry.formats.outputs import with_outputs
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import Kind, QualityRecord
@@ -88,6 +89,7 @@ def make_log(
     own = _messages(timed, units)
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
+    messages = with_outputs(messages, values, "ardupilot", vehicle)
     events = [*texts, *log_events(timed, vehicle), *named]
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))

@@ -139,6 +139,35 @@ def as_mavlink(own: Messages, vehicle: str, *, table: str) -> dict[str, Message]
     return made
 
 
+def as_ardupilot(own: Messages, vehicle: str) -> dict[str, Message]:
+    """Return a PX4 telemetry log's messages with those that say what ArduPilot's say.
+
+    Both autopilots speak MAVLink and do not mean the same: PX4 sends its inertial sensors in
+    HIGHRES_IMU, and errors as actual minus demanded where ArduPilot sends demanded minus actual.
+
+    Parameters
+    ----------
+    own : Mapping[str, Message]
+        By key.
+    vehicle : str
+        As in `Log`.
+    """
+    table = data_table("mavlink_tlog")
+    told = dict(own)
+    for key, message in as_mavlink(own, vehicle, table="mavlink_tlog").items():
+        if key not in own:
+            told[key] = message
+        elif key in table["replaces"]:
+            told[key] = replace(
+                own[key], columns={**own[key].columns, **message.columns}, _cache={}
+            )
+    for key, fields in table["without_unit"].items():
+        for field in fields:
+            if key in own:
+                told[key] = told[key].with_conversion(field, Conversion(""))
+    return dict(sorted(told.items()))
+
+
 def origin(
     messages: Messages, key: str, field: str, vehicle: str, *, form: str
 ) -> tuple[Read, float] | None:

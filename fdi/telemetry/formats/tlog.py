@@ -57,6 +57,8 @@ from fdi.telemetry.formats.mavlink_vehicle import (
     identities,
     sources,
 )
+from fdi.telemetry.formats.meaning import as_ardupilot
+from fdi.telemetry.formats.outputs import with_outputs
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.quality import QualityRecord
@@ -135,6 +137,9 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *repeats,
         *duplicate_record(messages),
     ]
+    if vehicle.autopilot == "px4":
+        messages = as_ardupilot(messages, vehicle.vehicle)
+    messages = with_outputs(messages, values, vehicle.autopilot, vehicle.vehicle)
     return Log(
         path,
         "tlog",

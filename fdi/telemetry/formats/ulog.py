@@ -34,6 +34,7 @@ from fdi.errors import LogError
 from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.formats.mavlink_quality import gap_records
 from fdi.telemetry.formats.meaning import as_mavlink
+from fdi.telemetry.formats.outputs import with_outputs
 from fdi.telemetry.formats.ulog_columns import Places, Store
 from fdi.telemetry.formats.ulog_definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog_events import (
@@ -109,6 +110,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     vehicle, frame = frame_of(by_type, values, (), autopilot=autopilot, mav_type=kind)
     said = as_mavlink(own, vehicle, table="mavlink_ulog")
     messages = own | {k: m for k, m in said.items() if k not in own}
+    messages = with_outputs(messages, values, autopilot, vehicle)
     end = max(float(one.t[-1]) for one in times)
     events = [*log_texts(records.others, known.of_stamp), *log_events(own, release), *named]
     events += crash_dumps(records.others, end)
