@@ -4,8 +4,8 @@ A component that failed stays failed, or at least shows it in several ways. What
 see for a few seconds, and then no more while the flight goes on, is a gust, a manoeuvre or a sample
 gone wrong. A test that sees nothing but changes is left out of this: a step shows there only
 while it happens. Nor is it a failure what nowhere goes clearly beyond what the flight's own noise
-reaches: that level is an estimate itself. And what on such grounds was hardly ever right accuses
-nobody.
+reaches: that level is an estimate itself. A sensor that disagrees only after control was lost did
+not lose it. And what on such grounds was hardly ever right accuses nobody.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ from fdi.diagnosis.ranking import Cause
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 
+_MEASURING: Final = ("sensor", "navigation")
 LEAST_CONFIDENCE: Final = 0.1
 """Who accuses on such grounds is wrong nine times of ten."""
 
 
 def is_no_failure(cause: Cause, end: float, alarms: Alarms) -> bool:
-    """Return whether a cause is no failure: it has passed, is marginal or is unlikely.
+    """Return whether a cause is no failure: passing, marginal, unlikely, or after the cause.
 
     Parameters
     ----------
@@ -37,7 +38,25 @@ def is_no_failure(cause: Cause, end: float, alarms: Alarms) -> bool:
         Of which the runs are.
     """
     bank = alarms.residuals.bank
-    return has_passed(cause, end, alarms) or is_marginal(cause, bank) or is_unlikely(cause, bank)
+    if has_passed(cause, end, alarms) or is_marginal(cause, bank) or is_unlikely(cause, bank):
+        return True
+    return follows_loss_of_control(cause, alarms)
+
+
+def follows_loss_of_control(cause: Cause, alarms: Alarms) -> bool:
+    """Return whether a sensor or the estimator is blamed only after control was lost.
+
+    A vehicle that tumbles turns its aerials to the ground and its sensors beyond their range; what
+    made it tumble shows before. Motors, surfaces and the autopilot are not meant: how they answer
+    in the fall says what they are.
+    """
+    if alarms.residuals.bank.system.components[cause.component].group not in _MEASURING:
+        return False
+    onset = min(run.onset for run in cause.runs)
+    return any(
+        end.lost_control is not None and end.lost_control <= onset <= end.at
+        for end in alarms.residuals.signals.ends
+    )
 
 
 def is_unlikely(cause: Cause, bank: Bank) -> bool:

@@ -7,9 +7,11 @@ specific force, not from one event of the autopilot (which an old or failing one
 *Take-off*: the height leaves the place of rest. *Landing*: from some time on the vehicle rests, and
 the end of the flight shows that it rests on the ground (disarmed, or throttle idle). *Impact*:
 while sinking fast a pulse of specific force, or a change of the climb rate, that neither rotors
-nor wings can produce, after which it sinks no more, does not climb away, and is low or at rest. A
-log that ends in a dive close to the ground ends with an impact. The impact's time is that of the
-last record before it: conservative, since nothing after it may be called a cause.
+nor wings can produce, after which it sinks no more, does not climb away, and is low or at rest.
+Where an accelerometer is logged there is no impact without a blow: a tumbling vehicle's estimate
+jumps, the specific force does not. Without one, a fall that ends at rest by the height alone is an
+impact. A log that ends in a dive close to the ground ends with one. The impact's time is that of
+the last record before it: conservative, since nothing after it may be called a cause.
 
 The trap: heights are estimates. With a frozen barometer a vehicle rests on the ground at an
 estimated 35 m, so no rule asks for height zero alone.
@@ -19,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -42,6 +45,8 @@ CRUSH: Final = 20.0 * G0
 IDLE_STOP: Final = 0.5 * G0
 # m/s^2: a stop must be felt, since an estimator's reset changes the climb rate alone
 STOP_FORCE: Final = 1.5 * G0
+# s: an accelerometer that is logged as often as this misses no blow, which rings for 0.1 s
+DENSE_S: Final = 0.05
 # s on either side in which blow, stop and fall belong together: two records at 4 Hz
 WATCH_S: Final = 0.6
 # s at the end of a log over which the loss of height must confirm the sink rate
@@ -93,10 +98,12 @@ class _Motion:
     throttle: Floats
     landed_state: Floats  # as the autopilot believes
     force: Floats  # the largest specific force within half a record, m/s^2
+    is_dense: bool  # no blow falls between two records of the force
 
     def between(self, low: float, high: float) -> _Motion:
         inside = self.rows(low, high)
-        return _Motion(*(getattr(self, name)[inside] for name in self.__slots__))
+        columns = (name for name in self.__slots__ if name != "is_dense")
+        return replace(self, **{name: getattr(self, name)[inside] for name in columns})
 
     def rows(self, low: float, high: float) -> slice:
         """Return the rows from time low to time high, both included."""
@@ -130,12 +137,18 @@ def find_flights(
     """
     motion = _motion(messages)
     found = []
-    for low, high, disarmed in _armed(events, span):
+    armed = list(_armed(events, span))
+    for (low, high, disarmed), (after, *_) in zip(armed, [*armed[1:], (span[1],)], strict=True):
         from_ground = low > span[0] + BEFORE_ARMING_S
-        part = motion.between(low - BEFORE_ARMING_S * from_ground, high)
-        flight = _flight(
-            part, Flight(low, high), disarmed=disarmed, from_ground=from_ground, has_wings=has_wings
-        )
+        find = partial(_flight, disarmed=disarmed, from_ground=from_ground, has_wings=has_wings)
+        since = low - BEFORE_ARMING_S * from_ground
+        part = motion.between(since, high)
+        flight = find(part, Flight(low, high))
+        if disarmed and flight.flew and flight.impact is None and part.climb[-1] < -HARD_SPEED:
+            # disarmed as it falls, by a failsafe or by hand: the ground is still to come
+            fallen = find(motion.between(since, min(high + DIVE_S, after)), Flight(low, high))
+            if fallen.impact is not None:
+                flight = replace(fallen, end=max(high, fallen.impact))
         found.append(flight)
     if not any(e.kind in ("arm", "disarm") for e in events):
         found = [f for f in found if f.flew]
@@ -184,9 +197,12 @@ def _motion(messages: Mapping[str, Message]) -> _Motion:
     climb = at_height(_CLIMBS)
     if t.size > 2 and not np.isfinite(climb).any():
         climb = np.gradient(height, t)
-    force = _largest_force(messages, t)
+    felt = _felt(messages)
+    force = _largest_force(felt, t)
+    periods = [float(np.median(np.diff(m.t))) for m in felt if len(m) > 1]
+    is_dense = bool(periods) and min(periods) <= DENSE_S
     speed, throttle, state = map(at_height, (_SPEEDS, _THROTTLES, _LANDED_STATES))
-    return _Motion(t, height, climb, speed, throttle, state, force)
+    return _Motion(t, height, climb, speed, throttle, state, force, is_dense)
 
 
 def heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
@@ -214,22 +230,26 @@ def _first(
     return np.empty(0), np.empty(0)
 
 
-def _largest_force(messages: Mapping[str, Message], t: Floats) -> Floats:
-    """Return the largest specific force of any accelerometer nearest to each time, NaN without."""
-    force = np.full(t.size, np.nan)
-    if t.size < 2:
-        return force
-    edges = (t[1:] + t[:-1]) / 2
-    seen = set()
+def _felt(messages: Mapping[str, Message]) -> list[Message]:
+    """Return the messages of accelerometers, none twice."""
+    found: dict[str, Message] = {}
     for name in _ACCELEROMETERS:
         message = messages.get(name)
         if message is None or not len(message) or not all(axis in message for axis in _AXES):
             continue
         if message.unit("xacc") != "m/s^2":
             continue
-        if message.made_from in seen:  # the same records under another name
-            continue
-        seen.add(message.made_from or name)
+        found.setdefault(message.made_from or name, message)  # the same records, another name
+    return list(found.values())
+
+
+def _largest_force(felt: Sequence[Message], t: Floats) -> Floats:
+    """Return the largest specific force of any accelerometer nearest to each time, NaN without."""
+    force = np.full(t.size, np.nan)
+    if t.size < 2:
+        return force
+    edges = (t[1:] + t[:-1]) / 2
+    for message in felt:
         x, y, z = (message.si(axis) for axis in _AXES)
         first = np.append(0, np.searchsorted(message.t, edges, side="right"))
         some = np.flatnonzero(np.diff(first, append=len(message)))
@@ -252,6 +272,8 @@ def _flight(
         takeoff = float(motion.t[in_air])
         flight = replace(flight, takeoff=takeoff, start=min(flight.start, takeoff))
     blow = _impact(motion, in_air, ground, has_wings=has_wings)
+    if blow is None and not _known(motion.force):
+        blow = _fall_at_end(motion, disarmed=disarmed)
     if blow is None and not disarmed:
         blow = _dive_at_end(motion, ground)
     if blow is not None:
@@ -304,6 +326,7 @@ def _impact(
     """Return the last row before the first impact and the speed of descent there."""
     t, climb, force = motion.t, motion.climb, motion.force
     felt = _known(force)
+    least = BLOW if motion.is_dense else STOP_FORCE
     rise = np.append(np.diff(climb) / np.diff(t), 0.0)
     with np.errstate(invalid="ignore"):
         candidate = (force > BLOW) | (rise > STOP)
@@ -312,7 +335,7 @@ def _impact(
     highest_later = np.maximum.accumulate(motion.height[::-1])[::-1]
     for row in np.flatnonzero(candidate).tolist():
         near = motion.rows(t[row] - WATCH_S, t[row] + WATCH_S)
-        if row <= in_air or (felt and not np.nanmax(force[near], initial=0.0) > STOP_FORCE):
+        if row <= in_air or (felt and not np.nanmax(force[near], initial=0.0) > least):
             continue
         last = _last_undisturbed(motion, row)
         speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
@@ -354,6 +377,32 @@ def _stays_down(
     return is_over or float(highest_later[settled.start]) <= height + REBOUND_M
 
 
+def _fall_at_end(motion: _Motion, *, disarmed: bool) -> tuple[int, float] | None:
+    """Return the last row and speed of a fall that ends at rest, by the height and place alone.
+
+    The estimated climb rate goes on falling for seconds after a blow that no accelerometer is there
+    to correct.
+    """
+    t, height = motion.t, motion.height
+    moves = np.flatnonzero(np.abs(height - height[-1]) > LIFT_M)
+    if not moves.size or not (disarmed or _is_idle(motion)):
+        return None
+    row = int(moves[-1])
+    before = motion.rows(t[row] - FALL_S, t[row])
+    speed = float((height[before.start] - height[row]) / max(t[row] - t[before.start], 1e-3))
+    settled = motion.speed[motion.rows(t[row] + SETTLE_S[0], t[-1])]
+    rests = t[-1] - t[row] >= (SETTLE_S[0] if disarmed else QUIET_S)
+    if _known(settled):
+        rests &= bool(np.nanmedian(settled) < REST_SPEED)
+    return (row, speed) if speed > DIVE_SPEED and rests else None
+
+
+def _is_idle(motion: _Motion) -> bool:
+    """Return whether the throttle is idle at the end."""
+    last = motion.throttle[-3:]
+    return _known(last) and bool(np.nanmedian(last) < IDLE_THROTTLE)
+
+
 def _dive_at_end(motion: _Motion, ground: float) -> tuple[int, float] | None:
     """Return the last row and speed when the log ends in a dive close to the ground."""
     last = motion.t >= motion.t[-1] - FALL_S
@@ -368,8 +417,7 @@ def _dive_at_end(motion: _Motion, ground: float) -> tuple[int, float] | None:
 def _rest_at_end(motion: _Motion, in_air: int, *, disarmed: bool, has_wings: bool) -> int | None:
     """Return the row from which the vehicle rests on the ground until the end."""
     height, n = motion.height, motion.t.size
-    idle = motion.throttle[-3:]
-    if not disarmed and not (_known(idle) and np.nanmedian(idle) < IDLE_THROTTLE):
+    if not disarmed and not _is_idle(motion):
         return None
     with np.errstate(invalid="ignore"):
         moves = (np.abs(motion.climb) > REST_CLIMB) | (np.abs(height - height[-1]) > LIFT_M)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from fdi.diagnosis import diagnose, passing
+from fdi.telemetry.ends import FlightEnd
 
 from .build import alarms_of, bank_of, limit_row, model, named, row
 from .test_ranking import BANK, answer, pairs
@@ -132,3 +133,27 @@ def test_strong_suspicion_does_not_make_up_for_a_marginal_test_of_its_own():
 def test_what_the_model_states_itself_is_held_to_the_letter():
     bank = bank_of(model({"gps": ["x"]}) + FAR)
     assert accused(40, 80, bank=bank, rows=[limit_row(bank, "far")], peak=1.01) == ["gps"]
+
+
+def lost_at(moment):
+    return (FlightEnd(0, "impact", 99.0, 9.0, moment, None if moment is None else "lean"),)
+
+
+@pytest.mark.parametrize(
+    ("group", "lost", "is_accused"),
+    [
+        ("sensor", 50.0, True),  # before control was lost: it may be why
+        ("sensor", 39.0, False),
+        ("navigation", 39.0, False),
+        ("sensor", None, True),
+        ("propulsion", 39.0, True),  # how a motor answers in the fall says what it is
+    ],
+)
+def test_a_sensor_that_disagrees_only_after_control_was_lost_is_no_failure(group, lost, is_accused):
+    text = model({"gps": ["x"], "baro": ["x"]})
+    bank = bank_of(
+        text.replace("gps: {", f"gps: {{group: {group}, ").replace(
+            "baro: {", f"baro: {{group: {group}, "
+        )
+    )
+    assert bool(accused(40, 90, bank=bank, ends=lost_at(lost))) is is_accused

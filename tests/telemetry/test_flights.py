@@ -1,6 +1,7 @@
 """Take-off, landing and impact come from the motion, whatever the autopilot says."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,97 @@ def test_soft_contact_is_a_landing(load):
     (flight,) = load(crash(DOWN)).flights
     assert flight.impact is None
     assert flight.landing is not None
+
+
+FALL = 8.0  # m/s
+
+
+class Falling(Flight):
+    """A fall from 40 m, felt at 25 Hz; at ``jump`` before the ground the estimate jumps."""
+
+    jump = 0.0  # s
+    force_g = 2.0  # while it tumbles
+    blow_g = 12.0
+    disarm = 0.0  # s before the ground
+    decay = 0.0  # s that the estimated climb rate takes to see that it rests
+    logged = True  # the accelerometer
+
+    def messages(self, t, tick):
+        ground, out = self.phases()[3], []
+        falls = ground - 40.0 / FALL < t < ground
+        for message in super().messages(t, tick):
+            kind = message.get_type()
+            climb = None
+            if self.jump and ground - self.jump < t < ground - self.jump + 0.2:
+                climb = -3.0
+            if self.decay and t >= ground:
+                climb = -FALL * math.exp((ground - t) / self.decay)
+            if climb is not None and kind == "VFR_HUD":
+                message.climb = climb
+            if climb is not None and kind == "GLOBAL_POSITION_INT":
+                message.vz = round(-100 * climb)
+            if kind == "RAW_IMU":
+                if not self.logged:
+                    continue
+                hits = ground <= t < ground + 1.5 / self.rate
+                message.zacc = round(
+                    -1000 * (self.blow_g if hits else self.force_g if falls else 1)
+                )
+            if kind == "HEARTBEAT" and self.disarm and t > ground - self.disarm:
+                message.base_mode &= ~0x80
+            out.append(message)
+        return out
+
+
+def fall(**changes) -> tuple[bytes, float]:
+    """Return the log of such a fall and when it meets the ground."""
+    flight = Falling(height=40.0, down=FALL, rate=25.0)
+    for name, value in changes.items():
+        object.__setattr__(flight, name, value)
+    return flight.bytes(), flight.phases()[3]
+
+
+def test_a_jump_of_the_estimate_without_a_blow_is_no_impact(load):
+    """A vehicle that tumbles feels 2 g and more; its estimator jumps by 5 m/s in one step."""
+    data, ground = fall(jump=1.5)
+    (flight,) = load(data).flights
+    assert flight.impact == pytest.approx(ground, abs=0.15)
+    assert flight.impact_speed == pytest.approx(FALL, abs=0.3)
+
+
+def test_without_an_accelerometer_a_fall_that_ends_at_rest_by_its_height_is_an_impact(load):
+    """The estimated climb rate sees for seconds nothing of it."""
+    data, ground = fall(logged=False, decay=8.0)
+    (flight,) = load(data).flights
+    assert flight.impact == pytest.approx(ground, abs=0.5)
+    assert flight.impact_speed == pytest.approx(FALL, abs=0.5)
+    assert flight.landing is None
+
+
+def test_a_vehicle_that_is_disarmed_as_it_falls_meets_the_ground_all_the_same(load):
+    data, ground = fall(disarm=1.5)
+    (flight,) = load(data).flights
+    assert flight.impact == pytest.approx(ground, abs=0.15)
+    assert flight.end >= flight.impact
+    assert flight.landing is None
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+@pytest.mark.parametrize(
+    ("name", "impact", "within"),
+    [
+        ("crash/mechanical_fail.log", 107.0, 1.0),  # no accelerometer is logged
+        ("px4_motor/sil_01.ulg", 36.05, 0.2),  # blows of 10 g and more, after a second of tumbling
+        ("px4_motor/sil_03.ulg", 35.95, 0.2),
+        ("px4_motor/hil_00.ulg", 21.3, 0.2),
+        ("px4_motor/hil_02.ulg", 21.45, 0.2),  # disarmed 0.1 s before
+        ("px4_motor/sil_06.ulg", 36.25, 0.2),
+    ],
+)
+def test_impacts_of_tumbling_vehicles_are_where_the_blow_is(name, impact, within):
+    (flight,) = read(SHARED / name).flights
+    assert flight.impact == pytest.approx(impact, abs=within)
+    assert flight.landing is None
 
 
 def test_arming_without_leaving_the_ground_is_no_flight(load):
