@@ -20,6 +20,7 @@ Kind = Literal[
     "invalid_values",
     "repaired",
     "joined",
+    "left_out",
 ]
 
 
@@ -30,7 +31,8 @@ class QualityRecord:
     Attributes
     ----------
     kind : Kind
-        What happened; ``joined``: what several logs of one flight were put together from.
+        What happened; ``joined``: what several logs of one flight were put together from;
+        ``left_out``: more of a kind than any vehicle has.
     channel : str or None
         Whom it concerns: ``MESSAGE``, ``MESSAGE[1]`` or ``MESSAGE.field``; None for the whole log.
     start, end : float or None

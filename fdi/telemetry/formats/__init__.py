@@ -30,6 +30,7 @@ mavlink_times.py      when was each record made
 mavlink_columns.py    payloads to columns
 mavlink_events.py     modes, arming, texts, parameters
 mavlink_signs.py      which way is up
+bounds.py             how much of what a log says about itself is kept
 mavlink_repeats.py    frames that came twice
 mavlink_quality.py    what was lost
 ulog.py               PX4 log: puts the log together

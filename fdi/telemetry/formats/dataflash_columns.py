@@ -96,10 +96,16 @@ class Words:
     def split(self, table: Table, field: Field) -> Iterator[Table]:
         """Yield a table for every instance, by the field that numbers them."""
         for instance, rows in rows_of(self.pick(table, field)):
-            part = replace(table, start=table.start[rows], instance=instance or None)
-            columns = self._kept[id(table.start)][1]
-            self.keep(part.start, {name: values[rows] for name, values in columns.items()})
-            yield part
+            yield self.part(table, rows, instance or None)
+
+    def part(
+        self, table: Table, rows: NDArray[np.int64] | slice, instance: int | None = None
+    ) -> Table:
+        """Return a table of some of the records, ascending."""
+        part = replace(table, start=table.start[rows], instance=instance)
+        columns = self._kept[id(table.start)][1]
+        self.keep(part.start, {name: values[rows] for name, values in columns.items()})
+        return part
 
 
 def _text(raw: bytes) -> str:
@@ -182,13 +188,15 @@ class _Collection:
         fitting = rows[is_record]
         is_good = np.ones(fitting.size, np.bool_)
         columns = []
+        small = np.uint32 if low + lines.part.size < 1 << 32 else np.int64
         for i, one in enumerate(fields):
             word = lines.first[fitting] + 1 + i
             behind = lines.last[fitting] - (len(fields) - 1 - i)
             if one.is_text or one.character == MODE:
                 end = lines.end[behind if i == last_text else word]
                 # an empty text may be followed by one that is not
-                columns.append(np.stack((lines.begin[word], end), axis=1) + low)
+                places = np.stack((lines.begin[word], end), axis=1) + low
+                columns.append(places.astype(small))
                 continue
             values, is_value = _values(lines, numbers, behind if i > last_text else word, one)
             is_good &= is_value

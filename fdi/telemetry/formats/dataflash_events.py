@@ -14,10 +14,17 @@ import numpy as np
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.events import Event
+from fdi.telemetry.formats.bounds import (
+    MOST_NAMES,
+    kept_texts,
+    kept_values,
+    records_left_out,
+)
 from fdi.telemetry.formats.dataflash_clock import Times
 from fdi.telemetry.formats.dataflash_tables import Tables, columns
 from fdi.telemetry.formats.mavlink_events import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
+from fdi.telemetry.quality import QualityRecord
 
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
@@ -52,9 +59,12 @@ def log_texts(timed: Timed) -> list[Event]:
         field = table.layout.field("Message")
         if table.layout.name != "MSG" or field is None or not field.is_text:
             continue
+        moments, kept = times.t, kept_texts(table.start.size)
+        if kept is not None:
+            moments, table = moments[kept], table.source.part(table, kept)
         texts, which = table.source.codes(table, field)
         shown = [(clean_text(text), is_failsafe_text(text)) for text in texts]
-        for t, i in zip(times.t.tolist(), which.tolist(), strict=True):
+        for t, i in zip(moments.tolist(), which.tolist(), strict=True):
             text, is_failsafe = shown[i]
             events.append(Event(t, "text", text))
             if is_failsafe:
@@ -105,19 +115,25 @@ def _mode(said: int | str, vehicle: str) -> str:
 
 def parameters(
     timed: Timed,
-) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event]]:
-    """Return the parameters as first written, the later changes, and these as events."""
+) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event], int]:
+    """Return the parameters as first written, the later changes, these as events, and what is left.
+
+    That is how many records were left out because their names are too many.
+    """
     first: dict[str, float] = {}
     now: dict[str, float] = {}
-    changes = []
+    changes, beyond = [], 0
     for t, name, value in _parameter_news(timed):
+        if len(now) == MOST_NAMES and name not in now:
+            beyond += 1
+            continue
         old = now.get(name, value)
         if value != old:
             changes.append(ParameterChange(t, name, old, value))
         first.setdefault(name, value)
         now[name] = value
     events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
-    return dict(sorted(first.items())), tuple(changes), events
+    return dict(sorted(first.items())), tuple(changes), events, beyond
 
 
 def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
@@ -129,6 +145,9 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
             continue
         if not name.is_text or value.is_text:
             continue
+        t, kept = times.t, kept_values(np.arange(table.start.size))
+        if kept is not None:
+            t, table = t[kept], table.source.part(table, kept)
         names, which = table.source.codes(table, name)
         is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])
         values = np.ascontiguousarray(table.column(value))
@@ -140,7 +159,15 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
         is_news = np.ones(order.size, np.bool_)
         is_news[1:] = (named[1:] != named[:-1]) | (said[1:] != said[:-1])
         for row in np.sort(order[is_news]).tolist():
-            yield float(times.t[row]), names[which[row]], float(values[row])
+            yield float(t[row]), names[which[row]], float(values[row])
+
+
+def told_too_much(tables: Tables, beyond: int) -> Iterator[QualityRecord]:
+    """Yield what is left out of parameters and texts; ``beyond`` as `parameters` returns it."""
+    values, texts = (
+        sum(x.start.size for x in tables if x.layout.name == name) for name in ("PARM", "MSG")
+    )
+    yield from records_left_out(values, beyond, texts)
 
 
 def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 0) -> str:

@@ -24,6 +24,7 @@ from fdi.telemetry.formats.dataflash_events import (
     log_events,
     log_texts,
     parameters,
+    told_too_much,
     vehicle_of,
 )
 from fdi.telemetry.formats.dataflash_layouts import Bytes, Field, Ints, Layout, Units
@@ -79,7 +80,7 @@ def make_log(
     tables = [part for table in tables for part in _instances(table, units)]
     track, times = find_track(tables)
     timed = Timed(tables, times)
-    values, changes, named = parameters(timed)
+    values, changes, named, beyond = parameters(timed)
     texts = [*(Event(0.0, "text", line) for line in heading), *log_texts(timed)]
     name = firmware({}, texts, None)
     by_name = vehicle_of(name, values, _motors(tables))
@@ -94,6 +95,7 @@ def make_log(
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))
     quality = [*(_told(f, track) for f in findings), *track.quality]
+    quality += told_too_much(tables, beyond)
     if track.has_pause:
         quality += gap_records(own)
     number = int(values.get("SYSID_THISMAV", values.get("MAV_SYSID", 1)))

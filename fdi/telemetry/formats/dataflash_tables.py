@@ -49,6 +49,9 @@ class Source(Protocol):
     def split(self, table: Table, field: Field) -> Iterator[Table]:
         """Yield a table for every instance, by the field that numbers them."""
 
+    def part(self, table: Table, rows: Ints | slice, instance: int | None = None) -> Table:
+        """Return a table of some of the records, ascending."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
@@ -136,10 +139,14 @@ class Blocks:
     def split(self, table: Table, field: Field) -> Iterator[Table]:
         """Yield a table for every instance, by the field that numbers them."""
         for number, rows in rows_of(self.pick(table, field)):
-            part = replace(table, start=table.start[rows], instance=number or None)
-            if self._is_small:
-                self._kept[id(part.start)] = part.start, self._block(table)[rows]
-            yield part
+            yield self.part(table, rows, number or None)
+
+    def part(self, table: Table, rows: Ints | slice, instance: int | None = None) -> Table:
+        """Return a table of some of the records, ascending."""
+        part = replace(table, start=table.start[rows], instance=instance)
+        if self._is_small:
+            self._kept[id(part.start)] = part.start, self._block(table)[rows]
+        return part
 
     def _values(self, table: Table, field: Field) -> NDArray[Any]:
         if self._is_small:

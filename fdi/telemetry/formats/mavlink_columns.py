@@ -45,8 +45,8 @@ class Payloads:
     rows: Ints
     _kept: list[Bytes] = field(default_factory=list)
 
-    def of(self, chosen: NDArray[np.bool_]) -> Payloads:
-        """Return the payloads of some of the frames, by a mask (m,)."""
+    def of(self, chosen: NDArray[np.bool_] | Ints) -> Payloads:
+        """Return the payloads of some of the frames, by a mask (m,) or rows, ascending."""
         kept = [block[chosen] for block in self._kept]
         return Payloads(self.definition, self.frames, self.rows[chosen], kept)
 

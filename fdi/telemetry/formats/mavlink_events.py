@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,15 @@ from numpy.typing import NDArray
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.clock import Timeline, in_order
 from fdi.telemetry.events import Event
+from fdi.telemetry.formats.bounds import (
+    MOST_NAMES,
+    kept_texts,
+    kept_values,
+    records_left_out,
+)
 from fdi.telemetry.formats.mavlink_columns import Payloads
 from fdi.telemetry.log import ParameterChange
+from fdi.telemetry.quality import QualityRecord
 
 Own = Mapping[int, Payloads]
 
@@ -91,6 +98,8 @@ def _texts(own: Own, line: Timeline) -> Iterator[tuple[float, int, str]]:
     said = own.get(_STATUSTEXT)
     if said is None:
         return
+    kept = kept_texts(said.rows.size)
+    said = said if kept is None else said.of(kept)
     times = in_order(line.created[said.rows]).tolist()
     severities = said.field("severity").tolist()
     ids, parts = said.field("id").tolist(), said.field("chunk_seq").tolist()
@@ -135,17 +144,22 @@ def with_mavlink_severities(
 
 def parameters(
     own: Own, line: Timeline, autopilot: str
-) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event]]:
-    """Return the parameters as first sent, the later changes, and these as events."""
+) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event], int]:
+    """Return the parameters as first sent, the later changes, these as events, and what is left.
+
+    That is how many records were left out because their names are too many.
+    """
     sent = own.get(_PARAM_VALUE)
     if sent is None:
-        return {}, (), []
+        return {}, (), [], 0
+    kept = kept_values(np.arange(sent.rows.size))
+    sent = sent if kept is None else sent.of(kept)
     with np.errstate(invalid="ignore"):  # signalling NaN
         values = sent.field("param_value").astype(np.float64)
     if autopilot == "px4":
         values = _bytewise(sent, values)
     # the records of every parameter together, in file order: then a change is a step to the next
-    names, name = _parameter_names(sent)
+    names, name, beyond = _parameter_names(sent)
     rows = np.flatnonzero((name >= 0) & np.isfinite(values))
     rows = rows[np.argsort(name[rows], kind="stable")]
     name, values, times = name[rows], values[rows], line.created[sent.rows[rows]]
@@ -157,20 +171,33 @@ def parameters(
         for i in again[np.argsort(rows[again])].tolist()
     )
     events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
-    return dict(sorted(first.items())), changes, events
+    return dict(sorted(first.items())), changes, events, beyond
 
 
-def _parameter_names(sent: Payloads) -> tuple[list[str], NDArray[Any]]:
-    """Return the names of parameters, and which one every record has, (m,); -1: none."""
+def _parameter_names(sent: Payloads) -> tuple[list[str], NDArray[np.int16], int]:
+    """Return the names of parameters, which one every record has, (m,); -1: none.
+
+    The last: how many records have none because there are `MOST_NAMES` before.
+    """
     texts, text = sent.texts("param_id")
     number: dict[str, int] = {}
     of_text = [
         number.setdefault(name, len(number)) if PARAMETER_NAME.fullmatch(name) else -1
         for name in texts
     ]
+    which = np.array(of_text, np.int64)[text]
+    beyond = which >= MOST_NAMES
+    which[beyond] = -1
     # numpy sorts numbers of 16 bits by counting
-    kind = np.int16 if len(number) < 2**15 else np.int64
-    return list(number), np.array(of_text, kind)[text]
+    return list(number)[:MOST_NAMES], which.astype(np.int16), int(beyond.sum())
+
+
+def told_too_much(own: Own, beyond: int) -> Iterator[QualityRecord]:
+    """Yield what is left out of parameters and texts; ``beyond`` as `parameters` returns it."""
+    values, texts = (
+        own[number].rows.size if number in own else 0 for number in (_PARAM_VALUE, _STATUSTEXT)
+    )
+    yield from records_left_out(values, beyond, texts)
 
 
 def _bytewise(sent: Payloads, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -83,6 +83,20 @@ class Frames:
         """Where the payloads begin, (n,)."""
         return payload_offsets(self.start, self.version)
 
+    def of(self, rows: Ints) -> Frames:
+        """Return some of the frames, ascending; the damage stays that of the file."""
+        return replace(
+            self,
+            start=self.start[rows],
+            length=self.length[rows],
+            version=self.version[rows],
+            number=self.number[rows],
+            sequence=self.sequence[rows],
+            system=self.system[rows],
+            component=self.component[rows],
+            stamp_us=self.stamp_us[rows],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Candidates:

@@ -19,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import ID_LIMIT, MessageDefinition, definition
+from fdi.telemetry.formats.bounds import MOST_SENDERS, left_out
 from fdi.telemetry.formats.compiled import compiled
 from fdi.telemetry.formats.mavlink_columns import KEPT, Payloads
 from fdi.telemetry.formats.mavlink_frames import Frames
 from fdi.telemetry.formats.mavlink_kernels import number_groups, spread_payloads, spread_values
+from fdi.telemetry.quality import QualityRecord
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -40,6 +42,25 @@ def frames_by_sender(frames: Frames) -> dict[Sender, Ints]:
     return {
         (code >> 8, code & 0xFF): part for code, part in zip(senders.tolist(), rows, strict=True)
     }
+
+
+def without_senders(frames: Frames, system: int | None) -> tuple[Frames, list[QualityRecord]]:
+    """Return the frames of those senders that sent most, and how many others there were.
+
+    ``system``: the one that is asked for is not left out.
+    """
+    sender = _sender(frames)
+    count = np.bincount(sender)
+    codes = np.flatnonzero(count)
+    if codes.size <= MOST_SENDERS:
+        return frames, []
+    is_asked = codes >> 8 == (-1 if system is None else system)
+    order = np.lexsort((codes, -count[codes], ~is_asked))
+    is_kept = np.zeros(count.size, np.bool_)
+    is_kept[codes[order[:MOST_SENDERS]]] = True
+    rows = np.flatnonzero(is_kept[sender])
+    others, lost = codes.size - MOST_SENDERS, sender.size - rows.size
+    return frames.of(rows), list(left_out(lost, f"frames of the {others} senders that sent least"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

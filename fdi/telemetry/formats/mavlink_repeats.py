@@ -12,7 +12,6 @@ would hide one repeat, which is no harm.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -43,7 +42,7 @@ def without_repeats(
     if not count:
         return frames, []
     text = f"{count} messages came twice within a second: the first of each is kept"
-    kept = _rows(frames, np.flatnonzero(keep))
+    kept = frames.of(np.flatnonzero(keep))
     return kept, [QualityRecord("duplicate", None, None, None, count, text)]
 
 
@@ -68,17 +67,3 @@ def _repeats(frames: Frames, rows: Ints) -> Ints:
         again &= same[1:] == same[:-1]
     repeated: Ints = rows[1:][again]
     return repeated
-
-
-def _rows(frames: Frames, rows: NDArray[np.int64]) -> Frames:
-    return replace(
-        frames,
-        start=frames.start[rows],
-        length=frames.length[rows],
-        version=frames.version[rows],
-        number=frames.number[rows],
-        sequence=frames.sequence[rows],
-        system=frames.system[rows],
-        component=frames.component[rows],
-        stamp_us=frames.stamp_us[rows],
-    )

@@ -28,6 +28,7 @@ from fdi.telemetry.formats.mavlink_events import (
     firmware,
     log_events,
     parameters,
+    told_too_much,
     with_mavlink_severities,
 )
 from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
@@ -37,6 +38,7 @@ from fdi.telemetry.formats.mavlink_groups import (
     Sender,
     frames_by_sender,
     group_payloads,
+    without_senders,
 )
 from fdi.telemetry.formats.mavlink_quality import (
     damage_records,
@@ -103,7 +105,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     frames = find_frames(data, frame_checks())
     if not frames.start.size:
         raise LogError("holds no MAVLink message with a right checksum", where=path.name)
-    frames, senders, repeats = _counted(frames)
+    frames, senders, repeats = _counted(frames, system)
     groups = group_payloads(frames)
     known = identities(groups.payloads)
     vehicle = choose_vehicle(senders, known, system)
@@ -119,7 +121,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     messages = _messages(groups, created, stamps, line, vehicle, read)
     messages, up = vertical_speed_down(messages)
     messages, upwind = wind_from(messages, clock.utc(0.0))
-    values, changes, named = parameters(own, line, vehicle.autopilot)
+    values, changes, named, beyond = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
     named_firmware = firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle))
     events = with_mavlink_severities(events, vehicle.autopilot, named_firmware, clock.utc(0.0))
@@ -135,6 +137,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *invalid_records(messages),
         *link_records(*senders[vehicle.sender], span),
         *repeats,
+        *told_too_much(own, beyond),
         *duplicate_record(messages),
     ]
     if vehicle.autopilot == "px4":
@@ -161,8 +164,11 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     )
 
 
-def _counted(frames: Frames) -> tuple[Frames, dict[Sender, Sent], list[QualityRecord]]:
+def _counted(
+    frames: Frames, system: int | None
+) -> tuple[Frames, dict[Sender, Sent], list[QualityRecord]]:
     """Return the frames without repeats, how many every sender sent, and what was left out."""
+    frames, others = without_senders(frames, system)
     rows = frames_by_sender(frames)
     frames, repeats = without_repeats(frames, rows)
     if repeats:
@@ -170,7 +176,7 @@ def _counted(frames: Frames) -> tuple[Frames, dict[Sender, Sent], list[QualityRe
     sent = {
         sender: Sent(part.size, lost_frames(frames.sequence[part])) for sender, part in rows.items()
     }
-    return frames, sent, repeats
+    return frames, sent, others + repeats
 
 
 def _span(times: list[Floats]) -> tuple[float, float]:

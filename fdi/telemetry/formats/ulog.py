@@ -48,7 +48,12 @@ from fdi.telemetry.formats.ulog_events import (
     system_of,
     vehicle_of,
 )
-from fdi.telemetry.formats.ulog_quality import damage_records, definition_records, dropout_records
+from fdi.telemetry.formats.ulog_quality import (
+    damage_records,
+    definition_records,
+    dropout_records,
+    left_out_records,
+)
 from fdi.telemetry.formats.ulog_records import Rows, find_records
 from fdi.telemetry.formats.ulog_times import (
     Placed,
@@ -118,6 +123,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         *damage_records(records, known),
         *definition_records(records, known),
         *dropout_records(records, known),
+        *left_out_records(records),
         *known.quality,
         *time_records(list(zip(stamped, times, strict=True))),
         *(gap_records(own) if known.has_pause else ()),

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from fdi.telemetry.formats.bounds import MOST_NAMES, MOST_TEXTS, left_out
 from fdi.telemetry.formats.ulog_records import Records
 from fdi.telemetry.formats.ulog_times import Reference
 from fdi.telemetry.quality import Kind, QualityRecord
@@ -59,6 +60,15 @@ def definition_records(records: Records, known: Reference) -> Iterator[QualityRe
             text = f"{rows.at.size} data messages whose subscription is missing are read as "
             text += f"{rows.layout.topic}, the only format that fits"
             yield QualityRecord("repaired", rows.layout.topic, None, None, rows.at.size, text)
+
+
+def left_out_records(records: Records) -> Iterator[QualityRecord]:
+    """Yield how many parameters, informations and texts are not kept."""
+    left = records.left_out
+    texts = sum(left[kind] for kind in "LC")
+    yield from left_out(texts, f"texts between the first and last {MOST_TEXTS // 2}")
+    keys = sum(left[kind] for kind in "PQIM")
+    yield from left_out(keys, f"parameters and informations beyond {MOST_NAMES} of a kind")
 
 
 def dropout_records(records: Records, known: Reference) -> Iterator[QualityRecord]:

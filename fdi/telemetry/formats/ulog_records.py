@@ -8,7 +8,7 @@ by its size and by stamps that ascend.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.formats.compiled import compiled, sort_messages
 from fdi.telemetry.formats.ulog_definitions import Bytes, Layout, Subscription, extent, resolve
-from fdi.telemetry.formats.ulog_walk import Other, Run, Walk
+from fdi.telemetry.formats.ulog_walk import MOST_OTHERS, Other, Run, Walk
 
 Ints = NDArray[np.int64]
 Stamps = NDArray[np.uint64]
@@ -64,6 +64,8 @@ class Records:
         First byte, size and type of whole messages of an unknown type.
     cut : tuple of (int, int)
         Byte ranges of messages that the end of the file, or of a part, cuts.
+    left_out : Mapping
+        How many other messages of a type are left out, because no vehicle has so many.
     """
 
     rows: tuple[Rows, ...]
@@ -73,6 +75,7 @@ class Records:
     lost: tuple[tuple[int, int], ...]
     unknown: tuple[tuple[int, int, int], ...]
     cut: tuple[tuple[int, int], ...]
+    left_out: Mapping[str, int]
 
 
 def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
@@ -89,12 +92,13 @@ def find_records(data: Bytes, parts: Sequence[tuple[int, int]]) -> Records:
     ]
     return Records(
         (*rows, *guessed),
-        tuple(walk.others),
+        tuple(sorted((*walk.others, *walk.late), key=lambda other: other.start)),
         tuple((low, high - low, one) for low, high, one in sorted(opaque)),
         tuple(sorted({one.topic for one in walk.waiting.values()})),
         tuple(walk.lost),
         tuple(walk.unknown),
         tuple(walk.cut),
+        {kind: walk.left_out(kind) for kind in MOST_OTHERS},
     )
 
 

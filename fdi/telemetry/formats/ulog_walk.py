@@ -21,6 +21,7 @@ ends of such runs Python decides.
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
@@ -28,6 +29,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.formats.bounds import MOST_NAMES, MOST_TEXTS
 from fdi.telemetry.formats.compiled import compiled, walk_messages
 from fdi.telemetry.formats.ulog_definitions import (
     SIZES,
@@ -35,6 +37,7 @@ from fdi.telemetry.formats.ulog_definitions import (
     Content,
     Format,
     Layout,
+    Logged,
     Subscription,
     extent,
     parsed,
@@ -53,6 +56,11 @@ _SMALLEST: Final = np.array([SIZES.get(k, range(1)).start for k in range(256)])
 _LARGEST: Final = np.array([SIZES.get(k, range(1)).stop - 1 for k in range(256)])
 _IS_OTHER: Final = np.array([k in SIZES for k in range(256)])
 _MOST_FIELDS: Final = 50_000  # of all topics; logs have 4,000. What is beyond counts as undefined
+# What is kept of a type; PX4 writes every parameter once, and tells some hundred other keys.
+MOST_OTHERS: Final = {
+    **dict.fromkeys("PQIM", MOST_NAMES),
+    **dict.fromkeys("LC", MOST_TEXTS // 2),
+}
 _LETTERS: Final = range(ord("A"), ord("Z") + 1)
 
 
@@ -157,8 +165,10 @@ class Walk:
         By id, those whose format is missing, circular or too large.
     found : Found
         Data messages in file order.
-    others : list of Other
-        All other messages in file order.
+    others, late : list of Other
+        All other messages in file order; ``late`` are the last of texts that are too many.
+    counted : Counter
+        How many others there were of every type.
     lost, cut : list of (int, int)
         Byte ranges that belong to no message, and of messages that the end cuts.
     unknown : list of (int, int, int)
@@ -188,6 +198,8 @@ class Walk:
     window: _Window | None = None
     width: int = _WINDOW.start
     others: list[Other] = field(default_factory=list)
+    late: deque[Other] = field(default_factory=lambda: deque(maxlen=MOST_TEXTS // 2))
+    counted: Counter[str] = field(default_factory=Counter)
     lost: list[tuple[int, int]] = field(default_factory=list)
     unknown: list[tuple[int, int, int]] = field(default_factory=list)
     cut: list[tuple[int, int]] = field(default_factory=list)
@@ -245,8 +257,14 @@ class Walk:
         """Forget the message that was read last."""
         if self.found.last == last:
             self.found.size -= 1
-        elif self.others and self.others[-1].start == last:
-            self.others.pop()
+        for others in (self.late, self.others):
+            if others and others[-1].start == last:
+                self.counted[others.pop().kind] -= 1
+
+    def left_out(self, kind: str) -> int:
+        """Return how many other messages of a type are not kept."""
+        late = sum(other.kind == kind for other in self.late)
+        return max(self.counted[kind] - MOST_OTHERS[kind] - late, 0)
 
     def end(self, at: int) -> int:
         """Return where a message ends by its size."""
@@ -357,7 +375,12 @@ class Walk:
 
     def take(self, at: int, said: Content) -> None:
         """Keep a message that holds no data; a definition holds from here on."""
-        self.others.append(Other(chr(self.view[at + 2]), at, said))
+        other = Other(chr(self.view[at + 2]), at, said)
+        self.counted[other.kind] += 1
+        if other.kind not in MOST_OTHERS or self.counted[other.kind] <= MOST_OTHERS[other.kind]:
+            self.others.append(other)
+        elif isinstance(said, Logged):
+            self.late.append(other)
         if isinstance(said, Format):
             self.formats.setdefault(said.name, said)
         elif isinstance(said, Subscription):
