@@ -48,15 +48,15 @@ def follows_loss_of_control(cause: Cause, alarms: Alarms) -> bool:
 
     A vehicle that tumbles turns its aerials to the ground and its sensors beyond their range; what
     made it tumble shows before. Motors, surfaces and the autopilot are not meant: how they answer
-    in the fall says what they are.
+    in the fall says what they are, until a vehicle with rotors lies on its back for good.
     """
-    if alarms.residuals.bank.system.components[cause.component].group not in _MEASURING:
-        return False
+    group = alarms.residuals.bank.system.components[cause.component].group
     onset = min(run.onset for run in cause.runs)
-    return any(
-        end.lost_control is not None and end.lost_control <= onset <= end.at
-        for end in alarms.residuals.signals.ends
-    )
+    for end in alarms.residuals.signals.ends:
+        since = end.lost_control if group in _MEASURING else end.overturned
+        if since is not None and since <= onset <= end.at:
+            return True
+    return False
 
 
 def is_unlikely(cause: Cause, bank: Bank) -> bool:

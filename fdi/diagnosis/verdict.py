@@ -237,8 +237,12 @@ def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
 def _what(finding: Finding, alarms: Alarms) -> str:
     """Return what is wrong, in the words of the model, with the size where it is known."""
     bank = alarms.residuals.bank
-    telling = next(g for g in bank.generators if g.id == finding.evidence.telling)
-    clause = alarm_clause(finding.component, telling, bank.system)
+    by_id = {generator.id: generator for generator in bank.generators}
+    # what the component itself does tells more than that two others do not fit
+    names = (finding.evidence.telling, *finding.evidence.residuals)
+    clauses = [alarm_clause(finding.component, by_id[name], bank.system) for name in names]
+    own = [clause for clause in clauses if clause.startswith("it ")]
+    clause = own[0] if own else clauses[0]
     return clause + (f" ({_amount(finding.size)})" if finding.size is not None else "")
 
 

@@ -1,7 +1,7 @@
 """When may what a flight shows accuse? The time in the air, flight by flight.
 
 In: signals or a flight. Out: from when to when, s of the log's clock. Between take-off and landing,
-and never after an impact: what breaks then is no cause.
+and never after an impact, or on its back: what breaks then is no cause.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.ends import OVER_S
 from fdi.telemetry.events import Flight
 from fdi.telemetry.signals import Signals
 
@@ -30,7 +31,9 @@ def time_in_air(signals: Signals) -> list[tuple[float, float]]:
     """Return from when to when, s, alarms may accuse, flight by flight; all along without any."""
     if not signals.flights and len(signals.t):
         return [(float(signals.t[0]), float(signals.t[-1]))]
-    return [in_air(flight) for flight in signals.flights]
+    over = {end.flight: end.overturned for end in signals.ends if end.overturned is not None}
+    spans = enumerate(map(in_air, signals.flights))
+    return [(start, min(end, over.get(i, np.inf) + OVER_S)) for i, (start, end) in spans]
 
 
 def when_in_air(signals: Signals) -> NDArray[np.bool_]:

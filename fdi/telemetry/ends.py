@@ -73,6 +73,8 @@ class FlightEnd:
         m/s, descent just before an impact.
     lost_control : float or None
         s, since when nobody had control of it; None where that was never lost, or is not known.
+    overturned : float or None
+        s, since when a vehicle with rotors lies on its back, to the end: it does not fly any more.
     lost_by : str
         How that shows: it leans (``lean``), does not follow its demand (``demand``), falls with all
         motors at their stop (``stop``).
@@ -84,6 +86,7 @@ class FlightEnd:
     speed: float | None = None
     lost_control: float | None = None
     lost_by: LostBy | None = None
+    overturned: float | None = None
 
     @property
     def is_bad(self) -> bool:
@@ -120,12 +123,11 @@ def _end(
     if not flight.flew:
         return FlightEnd(number, "on_ground", flight.end)
     low, high = flight.airborne
-    found = _lost_control(messages, events, flights, flight, vehicle)
-    lost, by = found or (None, None)
+    lost, by, over = _lost_control(messages, events, flights, flight, vehicle)
     if flight.impact is not None:
-        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by)
+        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
     if lost is not None:
-        return FlightEnd(number, "control_lost", high, None, lost, by)
+        return FlightEnd(number, "control_lost", high, None, lost, by, over)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):
         return FlightEnd(number, "failsafe", high)
     return FlightEnd(number, "landed" if flight.landing is not None else "in_air", high)
@@ -137,15 +139,15 @@ def _lost_control(
     flights: Sequence[Flight],
     flight: Flight,
     vehicle: str,
-) -> tuple[float, LostBy] | None:
-    """Return since when control is lost to the end of a flight, s, and how that shows, or None."""
+) -> tuple[float | None, LostBy | None, float | None]:
+    """Return since when control is lost to the end, s, how that shows, since when it is over."""
     low, high = flight.airborne
-    found = _upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)
+    found, over = _upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)
     if vehicle in _ROTORS and flight.landing is None:
         stopped = _motors_stopped(messages, low, high, _ROTORS[vehicle])
         if stopped is not None:
             found.append((stopped, "stop"))
-    return min(found, default=None)
+    return (*min(found, default=(None, None)), over)
 
 
 def _upset(
@@ -156,15 +158,15 @@ def _upset(
     high: float,
     *,
     has_rotors: bool,
-) -> list[tuple[float, LostBy]]:
-    """Return since when the vehicle leans or turns where nobody wants it, to the end."""
+) -> tuple[list[tuple[float, LostBy]], float | None]:
+    """Return since when the vehicle leans or turns where nobody wants it, and lies on its back."""
     attitude = messages.get("ATTITUDE")
     if attitude is None or "roll" not in attitude or "pitch" not in attitude:
-        return []
+        return [], None
     inside = (attitude.t >= low) & (attitude.t <= high)
     t = attitude.t[inside]
     if t.size < 3:
-        return []
+        return [], None
     roll, pitch = attitude.si("roll")[inside], attitude.si("pitch")[inside]
     tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
     wanted, apart = _demand(messages, t, roll, pitch)
@@ -178,9 +180,9 @@ def _upset(
         (_to_the_end(t, leans, high, OUT_S), "lean"),
         (_to_the_end(t, strays, high, APART_S), "demand"),
     ]
-    if has_rotors:
-        shown.append((_to_the_end(t, tilt > np.radians(90.0), high, OVER_S), "lean"))
-    return [(since, by) for since, by in shown if since is not None]
+    over = _to_the_end(t, tilt > np.radians(90.0), high, OVER_S) if has_rotors else None
+    shown.append((over, "lean"))
+    return [(since, by) for since, by in shown if since is not None], over
 
 
 def _demand(

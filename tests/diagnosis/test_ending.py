@@ -151,3 +151,12 @@ def test_no_verdict_is_longer_than_a_person_reads():
     long = bank_of(model({"a" * 70: ["x"], "b" * 70: ["x"], "c" * 70: ["x"]}))
     alarms = alarms_of(long, {0: [(80, 90)], 1: [(80, 90)]}, flights=CRASH, ends=BLOW)
     assert len(diagnose(alarms, long).verdict) <= MOST_LETTERS
+
+
+def test_what_begins_on_its_back_is_no_cause():
+    """Motors of a vehicle that was rolled over answer as they never do in flight."""
+    air = (Flight(0, 100, takeoff=5.0),)
+    for raised, accused in ((69.0, True), (71.0, False)):
+        end = (FlightEnd(0, "control_lost", 100.0, None, 70.0, "lean", overturned=70.0),)
+        found = answer({place: [(raised, 90)] for place in GPS}, ends=end, flights=air)
+        assert bool(found.findings) == accused

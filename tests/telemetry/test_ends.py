@@ -75,6 +75,12 @@ def test_a_multicopter_on_its_back_flies_in_no_mode():
     assert ends(roll=after(50.0, 3.0), mode="ACRO", vehicle="plane").lost_control is None
 
 
+def test_who_leans_has_not_turned_over():
+    assert ends(roll=after(50.0, 3.0)).overturned == pytest.approx(50.0, abs=0.11)
+    leans = ends(roll=after(57.0, 1.5))
+    assert (leans.lost_by, leans.overturned) == ("lean", None)
+
+
 def test_control_is_lost_where_the_demand_is_not_followed_to_the_end():
     demand = np.full_like(T, 0.1)
     apart = after(50.0, 0.9)
