@@ -147,7 +147,7 @@ def _lost_control(
         stopped = _motors_stopped(messages, low, high, _ROTORS[vehicle])
         if stopped is not None:
             found.append((stopped, "stop"))
-    return (*min(found, default=(None, None)), over)
+    return (*min(found, key=lambda one: one[0], default=(None, None)), over)
 
 
 def _upset(
