@@ -1,0 +1,108 @@
+"""No test of a shipped model is off for want of a synonym: what never runs has a reason."""
+
+import tarfile
+from pathlib import Path
+
+import pytest
+from flights import SHARED, analysis_of
+
+from fdi.model.parts import Kind
+
+ARCHIVE = SHARED / "closed_loop.tar.xz"
+SECOND = {
+    "att_7": "second estimator", "att_8": "second estimator", "acc_stk_2": "second unit",
+    "accelerometer_2_frozen": "second unit", "mag_stk_2": "second compass",
+    "mag_2": "second compass",
+    "compass_2_frozen": "second compass", "SCALED_PRESSURE2.press_abs:frozen": "second barometer",
+    "srf_7": "second aileron", "srf_8": "third aileron", "aileron_2_output_held": "second aileron",
+    "aileron_3_output_held": "third aileron",
+}  # fmt: skip
+"""Parts that the vehicle does not have."""
+UNSET = dict.fromkeys(("battery_low", "battery_empty"), "the vehicle sets no such limit")
+SAME = {"est_7": "one channel is a copy of the other, and their relation holds whatever happens"}
+ALWAYS_THERE = {
+    "health_5": "radio control is there all along, or never",
+    "rc_gone": "likewise",
+    "speed_lost_at_full_throttle": "the plane never needs full throttle",
+}
+STREAM = dict.fromkeys(
+    ("gps_sil", "alt_sil", "mag_sil", "air_sil", "gps_is_silent", "barometer_silent",
+     "compass_silent", "airspeed_silent"),
+    "ArduPilot sends its streams whatever a sensor does",
+)  # fmt: skip
+INSIDE = dict.fromkeys(
+    ("mag_sil", "compass_silent", "air_sil", "airspeed_silent"),
+    "PX4's telemetry has compass and airspeed inside messages that go on",
+)
+NOT_LOGGED = dict.fromkeys(
+    ("health_4", "rc_lost", "board_supply", "memory_short", "processor_overload"),
+    "the log does not hold it: no SYS_STATUS, POWR, PM; no input_rc where none is connected",
+)
+NOT_SENT = dict.fromkeys(("board_supply", "memory_short"), "PX4 sends neither supply nor memory")
+METRICS = dict.fromkeys(
+    ("vibration_x_grown", "vibration_y_grown", "vibration_z_grown"),
+    "PX4's VIBRATION is coning and high frequency metrics",
+)
+NO_CURRENT = dict.fromkeys(("bat_3", "bat_5"), "the simulated battery has no current")
+NO_PARAMETERS = dict.fromkeys(
+    ("en_8", "engine_gives_less_thrust"), "FW_AIRSPD_TRIM was not downloaded"
+)
+PX4_TLOG = SECOND | UNSET | ALWAYS_THERE | INSIDE | NOT_SENT | METRICS
+PX4_ULOG = SECOND | UNSET | SAME | ALWAYS_THERE | NOT_LOGGED | METRICS | NO_CURRENT
+ARDUPILOT_TLOG = SECOND | UNSET | SAME | ALWAYS_THERE | STREAM
+ARDUPILOT_BIN = SECOND | UNSET | ALWAYS_THERE | NOT_LOGGED
+CASES = {
+    "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
+    "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN,
+    "sitl/copter/c03_ref_square_wind.tlog": ARDUPILOT_TLOG,
+    "sitl/copter/c03_ref_square_wind.BIN": ARDUPILOT_BIN,
+}
+CLOSED_LOOP = {
+    "s20_0024_plane_healthy.tlog": PX4_TLOG | NO_PARAMETERS,
+    "s20_0024_plane_healthy.ulg": PX4_ULOG,
+    "s20_0043_quad_healthy.tlog": PX4_TLOG,
+    "s20_0045_quad_healthy.ulg": PX4_ULOG,
+    "s20_0036_hexa_healthy.tlog": PX4_TLOG,
+    "s20_0036_hexa_healthy.ulg": PX4_ULOG,
+    "s20_0016_vtol_healthy.tlog": PX4_TLOG,
+}
+"""Healthy flights of each vehicle, autopilot and format, and what may never run on them."""
+
+
+def never_run(path: Path) -> set[str]:
+    """Return the statements of the model that some component answers for and no test judged."""
+    found = analysis_of(path)
+    equations, ran = found.system.equations, set()
+    for row, generator in enumerate(found.bank.generators):
+        if (found.alarms.state[row] != -1).any():
+            ran |= {equations[i].name for i in generator.equations}
+    judged = {
+        e.name for e in found.airframe.equations if e.kind in (Kind.LIMIT, Kind.EQUALITY) or e.fault
+    }
+    return judged - ran
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory):
+    if not ARCHIVE.is_file():
+        pytest.skip("no ../shared")
+    folder, wanted = tmp_path_factory.mktemp("closed_loop"), set(CLOSED_LOOP)
+    with tarfile.open(ARCHIVE) as archive:
+        for member in archive:
+            if Path(member.name).name in wanted:
+                (folder / Path(member.name).name).write_bytes(archive.extractfile(member).read())
+                wanted.discard(Path(member.name).name)
+            if not wanted:
+                break
+    return folder
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+@pytest.mark.parametrize("name", CASES)
+def test_what_never_runs_on_ardupilot_has_a_reason(name):
+    assert never_run(SHARED / name) - set(CASES[name]) == set()
+
+
+@pytest.mark.parametrize("name", CLOSED_LOOP)
+def test_what_never_runs_on_px4_has_a_reason(name, unpacked):
+    assert never_run(unpacked / name) - set(CLOSED_LOOP[name]) == set()
