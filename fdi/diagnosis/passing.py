@@ -2,26 +2,33 @@
 
 A component that failed stays failed, or at least shows it in several ways. What one test or two
 see for a few seconds, and then no more while the flight goes on, is a gust, a manoeuvre or a sample
-gone wrong. A test that sees nothing but changes is left out of this: a step shows there only
-while it happens. Nor is it a failure what nowhere goes clearly beyond what the flight's own noise
+gone wrong. A test that sees nothing but changes shows a step only while it happens: there a
+disturbance has passed when what changed has come back, a record that went wrong or a load for a
+moment. Nor is it a failure what nowhere goes clearly beyond what the flight's own noise
 reaches: that level is an estimate itself. A sensor that disagrees only after control was lost did
 not lose it. And what on such grounds was hardly ever right accuses nobody.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
+
+import numpy as np
 
 from fdi.decision import Alarms
 from fdi.decision.accusing import CLEARLY, MOST_TESTS, PASSING_S, QUIET_S, sees_changes_only
 from fdi.decision.alarms import QUIET
 from fdi.decision.concerns import concerns
 from fdi.diagnosis.confidence import grounds_of, load_confidence
+from fdi.diagnosis.episodes import Run
 from fdi.diagnosis.ranking import Cause
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 
 _MEASURING: Final = ("sensor", "navigation")
+BACK: Final = 0.5
+"""Share of a change that is left when it counts as undone."""
 LEAST_CONFIDENCE: Final = 0.1
 """Who accuses on such grounds is wrong nine times of ten."""
 
@@ -77,8 +84,14 @@ def has_passed(cause: Cause, end: float, alarms: Alarms) -> bool:
     """
     bank = alarms.residuals.bank
     tests = {bank.generators[run.row].residual for run in cause.runs}
-    if len(tests) > MOST_TESTS or any(sees_changes_only(run.row, bank) for run in cause.runs):
+    if len(tests) > MOST_TESTS:
         return False
+    changes = [run for run in cause.runs if sees_changes_only(run.row, bank)]
+    if changes:
+        of_row = {run.row: [one for one in changes if one.row == run.row] for run in changes}
+        return len(changes) == len(cause.runs) and all(
+            comes_back(runs, alarms) for runs in of_row.values()
+        )
     over = max(run.end for run in cause.runs)
     longest = max(run.end - run.onset for run in cause.runs)
     rows = sorted({run.row for run in cause.runs})
@@ -86,6 +99,21 @@ def has_passed(cause: Cause, end: float, alarms: Alarms) -> bool:
     quiet = (alarms.state[rows][:, after] == QUIET).any(axis=0)
     quiet_s = quiet.sum() / alarms.residuals.signals.rate_hz
     return bool(longest < PASSING_S and quiet_s >= QUIET_S)
+
+
+def comes_back(runs: Sequence[Run], alarms: Alarms) -> bool:
+    """Return whether what changed during the alarms of one test is soon as it was before.
+
+    Notes
+    -----
+    The residual is a rate: its sum is what changed beyond what the model explains.
+    """
+    row, t = runs[0].row, alarms.residuals.t
+    onset, end = min(run.onset for run in runs), max(run.end for run in runs)
+    begin, over, later = np.searchsorted(t, [onset, end, onset + PASSING_S]).tolist()
+    rate = np.nan_to_num(alarms.residuals.values[row, begin:later] - alarms.centre[row])
+    change = np.abs(np.cumsum(rate))
+    return bool(begin < over < later and change[over - begin :].min() < BACK * change.max())
 
 
 def is_marginal(cause: Cause, bank: Bank) -> bool:

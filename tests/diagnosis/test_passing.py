@@ -67,6 +67,21 @@ def test_step_in_what_only_changes_show_is_not_passing():
     assert accused(40, 42, bank=bank, rows=(only,)) == ["gps"]
 
 
+@pytest.mark.parametrize(
+    ("back", "is_accused"), [(None, True), ((42, 44), False), ((45, 47), False), ((70, 72), True)]
+)
+def test_what_changes_and_comes_back_at_once_is_passing(back, is_accused):
+    """One wild record, or a load for a moment, shows as a change and the opposite one."""
+    text = model({"gps": ["x"]}).replace("variables:\n", "variables:\n  v: {unit: m/s}\n")
+    bank = bank_of(text + MOMENTARY.partition("equations:")[2].join(["equations:", ""]))
+    alarms = alarms_of(bank, {0: [(40, 42), *((back,) if back else ())]})
+    t, values = alarms.residuals.t, alarms.residuals.values.copy()
+    if back:
+        values[0, (t >= back[0]) & (t < back[1])] *= -1
+    alarms = replace(alarms, residuals=replace(alarms.residuals, values=values))
+    assert bool(diagnose(alarms, bank).findings) is is_accused
+
+
 def test_what_follows_from_a_passing_alarm_is_no_consequence():
     raised = {**pairs("gps", "x", (40, 44)), row(BANK, "ESTIMATOR.y", "CAMERA.y"): [(42, 46)]}
     found = answer(raised)
