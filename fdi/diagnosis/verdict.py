@@ -20,7 +20,7 @@ import numpy as np
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
 from fdi.decision.judging import persistent
-from fdi.diagnosis.ending import went_wrong
+from fdi.diagnosis.ending import BEFORE_S, went_wrong
 from fdi.diagnosis.plain import alarm_clause
 from fdi.diagnosis.values import (
     MOST_LETTERS,
@@ -148,7 +148,7 @@ def _unexplained(ending: Ending) -> str:
     first = next((one for one in ending.first if one.kind in ("alarm", "trigger")), None)
     head = f"{_end_words(ending.end)}; no component explains it."
     if first is None:
-        return _fitted([head, "No test left health before."], [])
+        return _fitted([head, f"No test left health in the {BEFORE_S:.0f} s before."], [])
     when = f"{max(moment - first.at, 0.0):.1f} s before"
     return _fitted([head, f"First to leave health: {_plain(first)}, {when}."], [])
 

@@ -27,7 +27,7 @@ def test_a_crash_that_nobody_explains_is_never_health():
     assert found.outlook == "ended badly"
     assert found.verdict == (
         "Hit the ground at 12.9 m/s (log 90.0 s); no component explains it. No test left health "
-        "before."
+        "in the 10 s before."
     )
 
 
