@@ -34,8 +34,13 @@ INSIDE = dict.fromkeys(
     ("mag_sil", "compass_silent", "air_sil", "airspeed_silent"),
     "PX4's telemetry has compass and airspeed inside messages that go on",
 )
+USED = ("gyroscope", "accelerometer", "compass", "barometer", "airspeed", "gps")
+SWITCHED_OFF = (
+    *(f"used_{i}" for i in range(len(USED))),
+    *(f"{name}_switched_off" for name in USED),
+)
 NOT_LOGGED = dict.fromkeys(
-    ("health_4", "rc_lost", "board_supply", "memory_short", "processor_overload"),
+    (*SWITCHED_OFF, "health_4", "rc_lost", "board_supply", "memory_short", "processor_overload"),
     "the log does not hold it: no SYS_STATUS, POWR, PM; no input_rc where none is connected",
 )
 NOT_SENT = dict.fromkeys(("board_supply", "memory_short"), "PX4 sends neither supply nor memory")
