@@ -69,7 +69,9 @@ def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
         elif event.kind in ("arm", "disarm"):
             yield First(event.t, "command", f"{event.kind}ed")
         elif event.kind == "failsafe" or (
-            event.kind == "text" and event.severity is not None and event.severity <= WARNING
+            event.kind in ("text", "sensor")
+            and event.severity is not None
+            and event.severity <= WARNING
         ):
             yield First(event.t, "event", event.text)
 

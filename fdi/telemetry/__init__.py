@@ -15,6 +15,7 @@ channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 airframes.py  the frame of a vehicle with rotors
+sensors.py    sensors that the autopilot stops using
 flights.py    take-off, landing, impact from the data
 airtime.py    from when to when a flight is in the air, and settled
 ends.py       how each flight ends

@@ -27,6 +27,7 @@ Kind = Literal[
     "impact",
     "parameter",
     "reboot",
+    "sensor",
 ]
 
 

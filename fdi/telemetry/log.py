@@ -25,6 +25,7 @@ from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.sensors import sensor_events
 from fdi.telemetry.signals import Material, Request, Sampling, Signals, resample
 
 _BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
@@ -198,9 +199,11 @@ class Log:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """All events in the order of time: those reported, and take-offs, landings, impacts."""
+        """All events in the order of time: those reported, and what the data show of flights."""
         if "events" not in self._cache:
-            events = [*self.reported, *flight_events(self.flights)]
+            flights = self.flights
+            found_in_data = [*flight_events(flights), *sensor_events(self.messages, flights)]
+            events = [*self.reported, *found_in_data]
             self._cache["events"] = tuple(sorted(events, key=lambda e: (e.t, e.kind)))
         found: tuple[Event, ...] = self._cache["events"]
         return found

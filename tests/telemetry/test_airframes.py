@@ -8,6 +8,7 @@ import pytest
 import fdi
 from fdi.model import load_airframe
 from fdi.model.evaluate import holds
+from fdi.model.expression import symbols
 from fdi.telemetry.airframes import frame_of
 
 from .build import Flight, mav, record
@@ -112,6 +113,7 @@ def test_where_motors_are_numbered_otherwise_none_is_judged_by_its_neighbours(nu
     """V-tail 4, Betaflight 12: what opposite motors do is no evidence there."""
     quad = load_airframe("quadcopter")
     (equation,) = [e for e in quad.equations if e.name == "motor_1_given_more"]
-    known = {"airborne": True, "step": 0.1, "body_resolved": 0.7, "output_stopped": 0.02}
-    known |= {"u_1": 0.5, "u_2": 0.5, "u_3": 0.5, "u_4": 0.5, "other_order": 4.0}
-    assert bool(holds(equation.when, {**known, "frame_type": number})) is is_tested
+    known = dict.fromkeys(symbols(equation.when), 0.5)  # all motors run
+    known |= {name: p.value for name, p in quad.parameters.items() if name in known}
+    known |= {"airborne": True, "step": 0.1, "frame_type": number}
+    assert bool(holds(equation.when, known)) is is_tested
