@@ -119,6 +119,17 @@ def si_units() -> tuple[str, ...]:
     return tuple(sorted({conversion.unit for conversion in _DIALECT.values()}))
 
 
+def two_digits(value: float) -> str:
+    """Return a number with two significant digits, or all before the point, never as a power.
+
+    Examples
+    --------
+    >>> two_digits(0.3456), two_digits(3.456), two_digits(34.56), two_digits(134.56)
+    ('0.35', '3.5', '35', '135')
+    """
+    return f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.2g}"
+
+
 def customary(unit: str) -> Conversion:
     """Return (label, scale, offset) that turn an SI value into what a person expects to read.
 

@@ -35,7 +35,7 @@ from fdi.model.system import Fault
 from fdi.residuals import Bank
 from fdi.residuals.respond import Stretch, reached, stretch
 from fdi.telemetry.airtime import time_in_air, when_in_air
-from fdi.units import customary
+from fdi.units import customary, two_digits
 
 KNOWN_SHARE: Final = 0.8
 KNOWN_S: Final = 2.0
@@ -210,11 +210,12 @@ def _text(sizes: Sequence[WouldShow]) -> str:
         largest[label] = max(largest.get(label, 0.0), one.size * scale)
     still = largest.pop("s", None)
     told = [
-        f"{size:.2g} {'' if label == '1' else label}".strip() for label, size in largest.items()
+        f"{two_digits(size)} {'' if label == '1' else label}".strip()
+        for label, size in largest.items()
     ]
     told = [f"a lasting change of {' or of '.join(told)}"] if told else []
     if still is not None:
-        told.append(f"standing still for {still:.2g} s")
+        told.append(f"standing still for {two_digits(still)} s")
     return f"{' and '.join(told)} would have shown"
 
 

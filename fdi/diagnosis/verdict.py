@@ -35,7 +35,7 @@ from fdi.model.naming import component_words, inside
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.airtime import when_in_air
 from fdi.telemetry.ends import FlightEnd, is_failsafe
-from fdi.units import customary
+from fdi.units import customary, two_digits
 
 BRIEF_S: Final = 0.75
 """A test beyond its threshold for so long at a stretch has left what health explains: half of the
@@ -197,7 +197,10 @@ def _accused(
     ending = next((one for one in endings if one.end.flight == first.flight), None)
     name = component_words(first.component, system.components)
     when, height, mode = _moment(first, signals)
-    core = f"{name} failed first, {when}"
+    lost = None if ending is None else ending.end.lost_control
+    # what shows after control was lost may still be the cause, but it was not seen to be first
+    did = "failed first" if lost is None or first.onset <= lost else "is accused"
+    core = f"{name} {did}, {when}"
     what = f": {_what(first, alarms)}."
     sure = f"{first.confidence * 100:.0f} % sure."
     if first.inseparable_from:
@@ -254,7 +257,7 @@ def _amount(size: Size) -> str:
     label, scale, _ = customary(unit)
     label = "" if label == "1" else f" {label}"
     rate = " a second" if size.shape == "drift" else ""
-    return f"about {abs(value) * scale:.2g}{label}{rate} off"
+    return f"about {two_digits(abs(value) * scale)}{label}{rate} off"
 
 
 def _followers(

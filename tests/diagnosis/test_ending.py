@@ -160,3 +160,10 @@ def test_what_begins_on_its_back_is_no_cause():
         end = (FlightEnd(0, "control_lost", 100.0, None, 70.0, "lean", overturned=70.0),)
         found = answer({place: [(raised, 90)] for place in GPS}, ends=end, flights=air)
         assert bool(found.findings) == accused
+
+
+def test_what_shows_after_control_was_lost_is_not_said_to_have_been_first():
+    lost = (FlightEnd(0, "impact", 90.0, 12.9, 70.0, "lean"),)
+    raised = {place: [(80, 90)] for place in GPS}
+    assert "Gps is accused, " in answer(raised, ends=lost).verdict
+    assert "Gps failed first, " in answer({p: [(65, 90)] for p in GPS}, ends=lost).verdict
