@@ -209,6 +209,8 @@ def _text(sizes: Sequence[WouldShow]) -> str:
         label, scale, _ = customary(one.unit)
         largest[label] = max(largest.get(label, 0.0), one.size * scale)
     still = largest.pop("s", None)
+    if len(largest) > 1:
+        largest.pop("1", None)  # a bit that says whether it is used
     told = [
         f"{two_digits(size)} {'' if label == '1' else label}".strip()
         for label, size in largest.items()
