@@ -183,8 +183,11 @@ def faults_by_component(bank: Bank) -> Mapping[str, list[tuple[int, Fault]]]:
 def _cleared(component: str, faults: list[tuple[int, Fault]], sight: _Sight) -> RuledOut | None:
     """Return the component with the sizes that would have shown, or None where that is open."""
     bank = sight.piece.bank
-    testable = [(c, fault) for c, fault in faults if bank.incidence[:, c].any()]
     equations = bank.system.equations
+    left = [equations[generator.residual] for generator in bank.generators]
+    # that the autopilot goes on using a sensor, and the like, says little for it either way
+    says = ~np.array([e.supports and e.kind in (Kind.LIMIT, Kind.EQUALITY) for e in left], bool)
+    testable = [(c, fault) for c, fault in faults if bank.incidence[says, c].any()]
     if not any(equations[fault.equation].measurement for _, fault in testable):
         return None
     if bank.incidence[:, [column for column, _ in testable]][sight.against].any():
@@ -209,8 +212,6 @@ def _text(sizes: Sequence[WouldShow]) -> str:
         label, scale, _ = customary(one.unit)
         largest[label] = max(largest.get(label, 0.0), one.size * scale)
     still = largest.pop("s", None)
-    if len(largest) > 1:
-        largest.pop("1", None)  # a bit that says whether it is used
     told = [
         f"{two_digits(size)} {'' if label == '1' else label}".strip()
         for label, size in largest.items()
