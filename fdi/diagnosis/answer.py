@@ -17,7 +17,7 @@ from fdi.decision.accusing import WEIGHING_S
 from fdi.decision.concerns import concerns
 from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.confidence import grounds_of, load_confidence
-from fdi.diagnosis.ending import endings, went_wrong
+from fdi.diagnosis.ending import endings, led_to
 from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import evidence, kind_of, size_in_words
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
@@ -138,17 +138,10 @@ def _explained(
 
 
 def _led_to_the_end(item: tuple[int, tuple[float, float], Cause], alarms: Alarms) -> bool:
-    """Return whether a cause still stood when the last flight that went wrong did.
-
-    What healed long before explains no crash.
-    """
+    """Return whether a cause still stood when the last flight that went wrong did."""
     bad = [one for one in alarms.residuals.signals.ends if one.is_bad]
     number, _, cause = item
-    return (
-        bool(bad)
-        and bad[-1].flight == number
-        and max(run.end for run in cause.runs) >= went_wrong(bad[-1]) - WEIGHING_S
-    )
+    return bool(bad) and led_to(bad[-1], number, max(run.end for run in cause.runs))
 
 
 def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Cause], list[Effect]]:

@@ -85,10 +85,10 @@ def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[Ruled
     length = round(LOOKED_AT_S * alarms.residuals.signals.rate_hz)
     span = slice(max(int(place[0]), int(place[-1]) + 1 - length), int(place[-1]) + 1)
     sight = _Sight(stretch(alarms.residuals, span), _bounds(alarms, span), able, against)
-    ended_well = _ended_well(alarms)
+    well = ended_well(alarms)
     result = []
     for component, faults in faults_by_component(bank).items():
-        if component in named or (not ended_well and bank.system.components[component].ends_log):
+        if component in named or (not well and bank.system.components[component].ends_log):
             continue
         found = _cleared(component, faults, sight)
         if found is not None:
@@ -161,7 +161,7 @@ def _bounds(alarms: Alarms, span: slice) -> Floats:
     return found
 
 
-def _ended_well(alarms: Alarms) -> bool:
+def ended_well(alarms: Alarms) -> bool:
     """Return whether the last flight ended on the ground, and softly."""
     ends = alarms.residuals.signals.ends
     return bool(ends) and ends[-1].how in ("landed", "failsafe", "on_ground") and _landed(alarms)

@@ -42,6 +42,14 @@ def went_wrong(end: FlightEnd) -> float:
     return end.at if end.lost_control is None else min(end.lost_control, end.at)
 
 
+def led_to(end: FlightEnd, flight: int, over: float | None) -> bool:
+    """Return whether what stood in a flight until ``over``, s, still stood when one went wrong.
+
+    What healed long before, or in another flight, explains no crash; None: it never healed.
+    """
+    return flight == end.flight and (over is None or over >= went_wrong(end) - BEFORE_S)
+
+
 def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     moment = went_wrong(end)
     found = [*_events(alarms.residuals.signals.events, moment), *_tests(moment, alarms, whom)]

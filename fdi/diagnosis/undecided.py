@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
 from fdi.decision.concerns import concerns
-from fdi.diagnosis.clearing import faults_by_component, quiet_tests
+from fdi.diagnosis.clearing import ended_well, faults_by_component, quiet_tests
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Isolability, NotTestable, Open
 from fdi.residuals import Bank
@@ -65,9 +65,12 @@ def _why(
         return f"{how}: {words}, from {_since(alarms, first):.1f} s{more}"
     if not ran:
         return "no test of it ran"
+    if bank.system.components[name].ends_log and not ended_well(alarms):
+        return "it may have ended a log that ends without a landing"
     able, against = tests
     if against[ran].any():
-        return f"{against[ran].sum()} of its {len(ran)} tests scatter more than at first"
+        count = f"{against[ran].sum()} of its {len(ran)} tests"
+        return f"{count} scatter more than at first, or raised an alarm on the ground"
     if not able[ran].all():
         return f"{(~able[ran]).sum()} of its {len(ran)} tests did not run all the way to the end"
     return "its tests do not say how small a fault of it they would show"

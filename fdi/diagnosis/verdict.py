@@ -20,7 +20,7 @@ import numpy as np
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
 from fdi.decision.judging import persistent
-from fdi.diagnosis.ending import BEFORE_S, went_wrong
+from fdi.diagnosis.ending import BEFORE_S, led_to, went_wrong
 from fdi.diagnosis.plain import alarm_clause
 from fdi.diagnosis.values import (
     MOST_LETTERS,
@@ -194,13 +194,13 @@ def _accused(
     first = findings[0]
     system = alarms.residuals.bank.system
     signals = alarms.residuals.signals
-    ending = next((one for one in endings if one.end.flight == first.flight), None)
+    bad = next((one.end for one in reversed(endings) if one.end.is_bad), None)
+    explains = bad is not None and led_to(bad, first.flight, first.end)
     name = component_words(first.component, system.components)
     when, height, mode = _moment(first, signals)
-    lost = None if ending is None else ending.end.lost_control
     # what shows after control was lost may still be the cause, but it was not seen to be first
-    did = "failed first" if lost is None or first.onset <= lost else "is accused"
-    core = f"{name} {did}, {when}"
+    late = bad is not None and explains and first.onset > (bad.lost_control or first.onset)
+    core = f"{name} {'is accused' if late else 'failed first'}, {when}"
     what = f": {_what(first, alarms)}."
     sure = f"{first.confidence * 100:.0f} % sure."
     if first.inseparable_from:
@@ -210,8 +210,9 @@ def _accused(
     followers = _followers(first, consequences, findings, alarms)
     tail = f"Then: {', '.join(followers)}." if followers else ""
     head = []
-    if ending is not None and ending.end.is_bad:
-        head = [_end_words(ending.end) + "."]
+    if bad is not None:
+        head = [_end_words(bad) + ("." if explains else "; no component explains it.")]
+        core = core if explains else f"Before that, {inside(core)}"
     # in the order in which they are given up
     return _fitted([*head, core + height + mode + what, sure], [tail, height, mode])
 
@@ -250,10 +251,10 @@ def _what(finding: Finding, alarms: Alarms) -> str:
 
 
 def _amount(size: Size) -> str:
-    """Return a size in short: ``about 11 m too high``."""
+    """Return a size in short: ``about 11 m off``."""
     value, unit = size.value, size.unit
     if size.shown is not None and size.shown_unit:
-        value, unit = float(np.copysign(size.shown, size.value)), size.shown_unit
+        value, unit = size.shown, size.shown_unit
     label, scale, _ = customary(unit)
     label = "" if label == "1" else f" {label}"
     rate = " a second" if size.shape == "drift" else ""

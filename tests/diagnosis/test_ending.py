@@ -167,3 +167,12 @@ def test_what_shows_after_control_was_lost_is_not_said_to_have_been_first():
     raised = {place: [(80, 90)] for place in GPS}
     assert "Gps is accused, " in answer(raised, ends=lost).verdict
     assert "Gps failed first, " in answer({p: [(65, 90)] for p in GPS}, ends=lost).verdict
+
+
+def test_a_crash_leads_also_where_who_is_accused_failed_in_another_flight_or_healed():
+    two = (Flight(0, 45, takeoff=2.0, landing=44.0), Flight(50, 100, takeoff=52.0, impact=90.0))
+    ends = (FlightEnd(0, "landed", 44.0), FlightEnd(1, "impact", 90.0, 12.9))
+    raised = {place: [(20, 40)] for place in GPS}
+    for found in (answer(raised, ends=ends, flights=two), answer(raised)):
+        assert found.verdict.startswith("Hit the ground at 12.9 m/s (log 90.0 s); no component ")
+        assert "Before that, gps failed first, " in found.verdict
