@@ -17,8 +17,8 @@ import fdi
 from fdi.result import libraries
 from fdi.telemetry import read
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.mavlink_checksum import checksum_is_right
-from fdi.telemetry.formats.mavlink_frames import find_frames
+from fdi.telemetry.formats.tlog.checksum import checksum_is_right
+from fdi.telemetry.formats.tlog.frames import find_frames
 from fdi.units import Conversion, si
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fdi.telemetry.dialect import definition, frame_checks
-from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
+from fdi.telemetry.formats.tlog.frames import Frames, find_frames
 
 GAP_US = 200_000  # between two repetitions
 

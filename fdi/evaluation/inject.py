@@ -24,7 +24,7 @@ from fdi.evaluation.rewrite import Change, rewritten
 from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.telemetry import Channel, Log, Message
-from fdi.telemetry.formats.meaning import origin
+from fdi.telemetry.meaning import origin
 
 _WITH_UNIT = ("bias", "drift", "noise")
 

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from fdi.errors import UsageError
 from fdi.telemetry import Log, Message
 from fdi.telemetry.dialect import MessageDefinition, definition_by_name, frame_checks
-from fdi.telemetry.formats.dataflash import tables_of
-from fdi.telemetry.formats.dataflash_layouts import Layout as RecordLayout
-from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
-from fdi.telemetry.formats.ulog import appended_at, topics_of
-from fdi.telemetry.formats.ulog_definitions import Layout as TopicLayout
+from fdi.telemetry.formats.dataflash.layouts import Layout as RecordLayout
+from fdi.telemetry.formats.dataflash.reader import tables_of
+from fdi.telemetry.formats.tlog.frames import Frames, find_frames
+from fdi.telemetry.formats.ulog.definitions import Layout as TopicLayout
+from fdi.telemetry.formats.ulog.reader import appended_at, topics_of
 
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int64]

@@ -8,7 +8,8 @@ In: a path. Out: `Log`; on request `Signals`, the quantities that a model asks f
 reading.py    `read`: path to `Log`, format by content
 search.py     files, folders, globs, URLs: which logs are meant
 content.py    the bytes of a file that may be damaged, locked, growing
-formats/      one reader per log format
+formats/      a room per log format: its reader, its writer
+meaning/      what a log means, in words that do not depend on who wrote it
 log.py        `Log`
 message.py    `Message`: the columns of one message
 channel.py    `Channel`: MESSAGE.field

@@ -2,7 +2,7 @@
 
 In: a message number or name. Out: its `MessageDefinition`, from pymavlink's generated dialect
 (which is imported at the first question, 50 ms). Only definitions are taken from pymavlink: its
-message loop is too slow to read files with, and loses frames (see `formats/mavlink_frames.py`).
+message loop is too slow to read files with, and loses frames (see `formats/tlog/frames.py`).
 
 Payload fields lie in wire order (by element size, extension fields last), packed, little endian.
 """

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.dataflash_records import all_records
-from fdi.telemetry.formats.mavlink_frames import find_frames
-from fdi.telemetry.formats.ulog import _header
-from fdi.telemetry.formats.ulog_records import find_records
-from fdi.telemetry.formats.ulog_walk import words
+from fdi.telemetry.formats.dataflash.records import all_records
+from fdi.telemetry.formats.tlog.frames import find_frames
+from fdi.telemetry.formats.ulog.reader import _header
+from fdi.telemetry.formats.ulog.records import find_records
+from fdi.telemetry.formats.ulog.walk import words
 
 Spans = NDArray[np.int64]
 

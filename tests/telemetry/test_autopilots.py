@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fdi.telemetry.formats.meaning import as_ardupilot, as_mavlink
+from fdi.telemetry.meaning import as_ardupilot, as_mavlink
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 

@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from fdi.telemetry.formats import compiled as room
-from fdi.telemetry.formats.compiled import compiled
+from fdi.telemetry.formats.bytes import compiled as room
+from fdi.telemetry.formats.bytes.compiled import compiled
 
 LARGE = 50_000_000
 

@@ -14,8 +14,8 @@ from fdi.errors import FdiError
 from fdi.telemetry import read
 from fdi.telemetry.catalogue import data_table, mavlink_meaning
 from fdi.telemetry.dialect import definition_by_name
-from fdi.telemetry.formats.meaning import _rows, as_mavlink
-from fdi.telemetry.formats.meaning_sources import FUNCTIONS, source
+from fdi.telemetry.meaning.messages import _rows, as_mavlink
+from fdi.telemetry.meaning.sources import FUNCTIONS, source
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion, si
 

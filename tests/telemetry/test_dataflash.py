@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
-from fdi.telemetry.formats.dataflash_layouts import CHARACTERS
-from fdi.telemetry.formats.dataflash_records import all_records
+from fdi.telemetry.formats.dataflash.layouts import CHARACTERS
+from fdi.telemetry.formats.dataflash.records import all_records
 
 from .spoiling import ANYTHING, SPOILED, assert_readable, spoilings
 

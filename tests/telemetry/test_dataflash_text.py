@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
 from fdi.telemetry import read
-from fdi.telemetry.formats.dataflash_lines import find_lines, find_numbers, number
+from fdi.telemetry.formats.dataflash.text_lines import find_lines, find_numbers, number
 
 from .build_text import text_lines
 from .spoiling import SPOILED, assert_readable, spoilings

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from fdi.errors import LogError
 from fdi.telemetry import Log
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.mavlink_frames import Frames, find_frames
 from fdi.telemetry.formats.tlog import read_tlog
+from fdi.telemetry.formats.tlog.frames import Frames, find_frames
 
 from .build import Flight, mav, record
 

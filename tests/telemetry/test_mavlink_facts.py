@@ -48,7 +48,7 @@ SPELLED_OUT = {
     ],
     "SERVO_OUTPUT_RAW.servo9_raw..16": ["SERVO_OUTPUT_RAW.servo9_raw"],
 }
-# decided by the log itself, see mavlink_signs.py
+# decided by the log itself, see tlog/signs.py
 SIGNS = ("GLOBAL_POSITION_INT.vz",)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fdi.telemetry.formats.outputs import drives_of, with_outputs
+from fdi.telemetry.meaning.outputs import drives_of, with_outputs
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.telemetry.formats import repeated
-from fdi.telemetry.formats.repeated import kinds_of_rows
+from fdi.telemetry.formats.bytes import repeated
+from fdi.telemetry.formats.bytes.repeated import kinds_of_rows
 
 
 def rows_of(texts: list[bytes], width: int) -> np.ndarray:

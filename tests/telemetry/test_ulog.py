@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fdi.errors import LogError
-from fdi.telemetry.formats.ulog_definitions import parsed, resolve
-from fdi.telemetry.formats.ulog_times import Stamped, reference
+from fdi.telemetry.formats.ulog.definitions import parsed, resolve
+from fdi.telemetry.formats.ulog.times import Stamped, reference
 
 from . import build_ulog as build
 

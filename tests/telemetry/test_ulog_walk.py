@@ -5,9 +5,9 @@ import random
 import numpy as np
 import pytest
 
-from fdi.telemetry.formats.ulog_columns import Places, Store
-from fdi.telemetry.formats.ulog_records import find_records
-from fdi.telemetry.formats.ulog_walk import Walk
+from fdi.telemetry.formats.ulog.columns import Places, Store
+from fdi.telemetry.formats.ulog.records import find_records
+from fdi.telemetry.formats.ulog.walk import Walk
 
 from . import build_ulog as build
 
@@ -51,7 +51,7 @@ def test_machine_code_finds_what_numpy_finds(seed, monkeypatch):
 
 def test_room_for_messages_grows(monkeypatch):
     """More messages than there is room for at first."""
-    monkeypatch.setattr("fdi.telemetry.formats.ulog_walk._BYTES", 1000)
+    monkeypatch.setattr("fdi.telemetry.formats.ulog.walk._BYTES", 1000)
     data = build.small(1000)
     found = walked(data, "1", monkeypatch)[0]
     assert len(found) == 3100
@@ -93,7 +93,7 @@ def test_records_are_copied_part_by_part_of_the_file(fast, monkeypatch):
 def test_topic_too_large_to_be_kept_is_read_field_by_field(monkeypatch, load):
     data = build.small(500)
     whole = load(data)
-    monkeypatch.setattr("fdi.telemetry.formats.ulog_columns._KEPT_BYTES", 1000)
+    monkeypatch.setattr("fdi.telemetry.formats.ulog.columns._KEPT_BYTES", 1000)
     parts = load(data)
     for key in ("wave", "motors"):
         for name in whole[key].fields:
@@ -102,7 +102,7 @@ def test_topic_too_large_to_be_kept_is_read_field_by_field(monkeypatch, load):
 
 def test_columns_used_last_are_kept_up_to_a_size(monkeypatch, load):
     data = build.small(500)
-    monkeypatch.setattr("fdi.telemetry.formats.ulog_columns._KEPT_BYTES", 25_000)
+    monkeypatch.setattr("fdi.telemetry.formats.ulog.columns._KEPT_BYTES", 25_000)
     monkeypatch.setenv("FDI_FAST", "0")
     log = load(data)
     for _ in range(2):

@@ -17,7 +17,7 @@ from typing import Any, Final
 from pymavlink import DFReader
 
 from fdi.telemetry import Log, Message, read
-from fdi.telemetry.formats.dataflash_layouts import numbered, si_unit, true_unit
+from fdi.telemetry.formats.dataflash.layouts import numbered, si_unit, true_unit
 from fdi.units import Conversion
 
 from .comparison import Comparison

@@ -1,0 +1,187 @@
+"""What did the vehicle say and do, by its DataFlash records: modes, arming, texts, parameters?
+
+In: the records by name and their times. Out: `Event`s, parameters and their changes, the vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Final
+
+import numpy as np
+
+from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
+from fdi.telemetry.events import Event
+from fdi.telemetry.formats.bounds import (
+    MOST_NAMES,
+    kept_texts,
+    kept_values,
+    records_left_out,
+)
+from fdi.telemetry.formats.dataflash.clock import Times
+from fdi.telemetry.formats.dataflash.tables import Tables, columns
+from fdi.telemetry.formats.tlog.events import PARAMETER_NAME, clean_text
+from fdi.telemetry.log import ParameterChange
+from fdi.telemetry.quality import QualityRecord
+
+_ARMED: Final = 10  # EV.Id
+_DISARMED: Final = 11
+_MAKERS: Final = {
+    **{"ArduCopter": "quad", "ArduPlane": "plane", "ArduRover": "rover", "Rover": "rover"},
+    **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
+}
+_OF_MOTORS: Final = {6: "hexa", 8: "octa"}
+_SWASHPLATE: Final = "H_SWASH_TYPE"
+_OWN_CODES: Final = ("flight mode", "EKF primary changed")  # ECode 0 is a number, not "resolved"
+_ALARMS: Final = ("failsafe", "crash check", "EKF check", "thrust loss check")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timed:
+    """The tables of a log and the times of their records."""
+
+    tables: Tables
+    times: Sequence[Times]
+
+    def lines(self, name: str, *fields: str) -> Iterator[tuple[Any, ...]]:
+        """Yield (t, value, ...) for each of the few records of a name that have all the fields."""
+        for i, values in columns(self.tables, name, *fields):
+            t = self.times[i].t.tolist()
+            yield from zip(t, *(v.tolist() for v in values), strict=True)
+
+
+def log_texts(timed: Timed) -> list[Event]:
+    """Return the texts, and the failsafes that they speak of."""
+    events = []
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        field = table.layout.field("Message")
+        if table.layout.name != "MSG" or field is None or not field.is_text:
+            continue
+        moments, kept = times.t, kept_texts(table.start.size)
+        if kept is not None:
+            moments, table = moments[kept], table.source.part(table, kept)
+        texts, which = table.source.codes(table, field)
+        shown = [(clean_text(text), is_failsafe_text(text)) for text in texts]
+        for t, i in zip(moments.tolist(), which.tolist(), strict=True):
+            text, is_failsafe = shown[i]
+            events.append(Event(t, "text", text))
+            if is_failsafe:
+                events.append(Event(t, "failsafe", text))
+    return sorted(events, key=lambda e: e.t)
+
+
+def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
+    """Yield modes, arming and errors."""
+    number = None
+    for name in ("ModeNum", "Mode"):
+        for t, mode in timed.lines("MODE", name):
+            if mode != number and isinstance(mode, int | str):
+                yield Event(t, "mode", _mode(mode, vehicle))
+                number = mode
+        if number is not None:
+            break
+    said = [
+        (t, code == _ARMED) for t, code in timed.lines("EV", "Id") if code in (_ARMED, _DISARMED)
+    ]
+    said += [(t, bool(state)) for t, state in timed.lines("ARM", "ArmState")]
+    armed = None
+    for t, state in sorted(said):
+        if state != armed:
+            yield Event(t, "arm" if state else "disarm", "")
+            armed = state
+    subsystems = data_table("errors_dataflash")["subsystems"]
+    for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
+        name = subsystems.get(str(subsystem), f"subsystem {subsystem}")
+        if code or name in _OWN_CODES:
+            is_alarm = name.startswith(_ALARMS)
+            yield Event(t, "failsafe" if is_alarm else "text", f"error of {name}, code {code}")
+
+
+@lru_cache(maxsize=256)
+def _mode(said: int | str, vehicle: str) -> str:
+    """Return the name of a mode by its number or by a name (``AltHold``, ``ALT_HOLD``)."""
+    if isinstance(said, int):
+        return mavlink_mode(said, autopilot="ardupilot", vehicle=vehicle)
+    table = data_table("modes_mavlink")
+    known = table["modes"][table["mode_table"][vehicle]]
+    if said.isascii() and said.isdecimal():
+        return str(known.get(said, f"MODE_{said}"))
+    same = {name.replace("_", ""): name for name in known.values()}
+    plain = clean_text(said).upper()
+    return str(same.get(plain.replace("_", ""), plain))
+
+
+def parameters(
+    timed: Timed,
+) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event], int]:
+    """Return the parameters as first written, the later changes, these as events, and what is left.
+
+    That is how many records were left out because their names are too many.
+    """
+    first: dict[str, float] = {}
+    now: dict[str, float] = {}
+    changes, beyond = [], 0
+    for t, name, value in _parameter_news(timed):
+        if len(now) == MOST_NAMES and name not in now:
+            beyond += 1
+            continue
+        old = now.get(name, value)
+        if value != old:
+            changes.append(ParameterChange(t, name, old, value))
+        first.setdefault(name, value)
+        now[name] = value
+    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
+    return dict(sorted(first.items())), tuple(changes), events, beyond
+
+
+def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
+    """Yield in file order where a parameter is not what its record before said: t, name, value."""
+    for table, times in zip(timed.tables, timed.times, strict=True):
+        one = table.layout
+        name, value = one.field("Name"), one.field("Value")
+        if one.name != "PARM" or name is None or value is None:
+            continue
+        if not name.is_text or value.is_text:
+            continue
+        t, kept = times.t, kept_values(np.arange(table.start.size))
+        if kept is not None:
+            t, table = t[kept], table.source.part(table, kept)
+        names, which = table.source.codes(table, name)
+        is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])
+        values = np.ascontiguousarray(table.column(value))
+        rows = np.flatnonzero(is_name[which] & np.isfinite(values))
+        # of numbers with 16 bits the order is found in linear time
+        narrow = which.astype(np.uint16) if names.size < 1 << 16 else which
+        order = rows[np.argsort(narrow[rows], kind="stable")]
+        named, said = narrow[order], values[order]
+        is_news = np.ones(order.size, np.bool_)
+        is_news[1:] = (named[1:] != named[:-1]) | (said[1:] != said[:-1])
+        for row in np.sort(order[is_news]).tolist():
+            yield float(t[row]), names[which[row]], float(values[row])
+
+
+def told_too_much(tables: Tables, beyond: int) -> Iterator[QualityRecord]:
+    """Yield what is left out of parameters and texts; ``beyond`` as `parameters` returns it."""
+    values, texts = (
+        sum(x.start.size for x in tables if x.layout.name == name) for name in ("PARM", "MSG")
+    )
+    yield from records_left_out(values, beyond, texts)
+
+
+def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 0) -> str:
+    """Return the vehicle's name, from the firmware alone; `frame_of` knows its frame.
+
+    ``motors``: how many the records of old firmware have, which was built for one kind of frame.
+    """
+    kind = _MAKERS.get((firmware or "").split(" ")[0])
+    if kind is None and "FRAME_CLASS" in values and "Q_ENABLE" not in values:
+        kind = "quad" if "MOT_SPIN_ARM" in values or "ATC_RAT_RLL_P" in values else None
+    if kind == "quad":
+        if "FRAME_CLASS" not in values and _SWASHPLATE in values:
+            return "helicopter"
+        return _OF_MOTORS.get(motors, "quad")
+    if kind == "plane" and values.get("Q_ENABLE", 0) > 0:
+        return "vtol"
+    return kind or "other"

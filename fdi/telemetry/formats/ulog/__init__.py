@@ -1,0 +1,16 @@
+"""PX4 logs (`.ulg`).
+
+reader.py       puts the log together
+definitions.py  formats, subscriptions, keys
+walk.py         finds messages and damage in the bytes
+records.py      messages by topic
+columns.py      decodes their fields
+times.py        when was each record made
+units.py        units of the fields
+events.py       modes, arming, texts, parameters
+quality.py      what was lost
+"""
+
+from fdi.telemetry.formats.ulog.reader import is_ulog, read_ulog
+
+__all__ = ["is_ulog", "read_ulog"]

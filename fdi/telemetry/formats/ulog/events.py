@@ -1,0 +1,227 @@
+"""What did the vehicle say and do, by its ULog: modes, arming, texts, parameters, firmware?
+
+In: the log's messages and the messages of the file that hold no data. Out: `Event`s, parameters and
+their changes, the vehicle and its firmware.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_vehicle
+from fdi.telemetry.events import Event
+from fdi.telemetry.formats.tlog.events import clean_text
+from fdi.telemetry.formats.ulog.definitions import Key, Logged
+from fdi.telemetry.formats.ulog.units import Release
+from fdi.telemetry.formats.ulog.walk import Other
+from fdi.telemetry.log import ParameterChange
+from fdi.telemetry.message import Message
+
+Messages = Mapping[str, Message]
+Info = Mapping[str, float | str]
+
+_ARMED: Final = 2  # vehicle_status.arming_state, in all releases
+_PARAMETER: Final = re.compile(r"[A-Za-z0-9_]{1,32}")
+_STAGES: Final = ((255, ""), (192, "rc"), (128, "beta"), (64, "alpha"), (0, "dev"))
+_CRASH_DUMP: Final = "hardfault_plain"
+_EMERGENCY: Final = 0
+
+
+def information(others: tuple[Other, ...]) -> dict[str, float | str]:
+    """Return the keys of the I messages, the last value of each."""
+    found: dict[str, float | str] = {}
+    for other in others:
+        if other.kind == "I" and isinstance(other.content, Key):
+            value = other.content.value()
+            if value is not None:
+                found[other.content.name] = value
+    return found
+
+
+def release_of(info: Info) -> Release:
+    """Return major and minor number of the firmware's release, (0, 0) where it is not told."""
+    number = _integer(info.get("ver_sw_release"))
+    return number >> 24 & 0xFF, number >> 16 & 0xFF
+
+
+def firmware_of(info: Info) -> str | None:
+    """Return the firmware's name and version, ``PX4 1.15.2 (b589596a)``."""
+    name = info.get("sys_name")
+    if not isinstance(name, str) or not clean_text(name):
+        return None
+    told = clean_text(name)
+    number = _integer(info.get("ver_sw_release"))
+    if number:
+        stage = next(word for least, word in _STAGES if number & 0xFF >= least)
+        told += f" {number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}{stage}"
+    commit = info.get("ver_sw")
+    return f"{told} ({clean_text(commit)[:8]})" if isinstance(commit, str) and commit else told
+
+
+def vehicle_of(own: Messages, values: Mapping[str, float]) -> tuple[str, int]:
+    """Return the vehicle's name, and its MAV_TYPE (0: not told), from status and airframe."""
+    status = own.get("vehicle_status")
+    kinds = [_last(status, "system_type"), _integer(values.get("MAV_TYPE"))]
+    kind = next((kind for kind in kinds if kind), 0)
+    if status is not None and "is_vtol" in status and status.raw("is_vtol").any():
+        return "vtol", kind
+    for told in kinds:
+        if told and (mavlink_vehicle(told) != "other" or str(told) in data_table("frames")["type"]):
+            return mavlink_vehicle(told), told
+    table = data_table("modes_ulog")
+    number = values.get("SYS_AUTOSTART", 0)
+    frames = [name for least, name in table["airframe"] if number >= least]
+    if frames:
+        return str(frames[-1]), kind
+    return str(table["vehicle_type"].get(str(_last(status, "vehicle_type")), "other")), kind
+
+
+def system_of(own: Messages, values: Mapping[str, float]) -> int:
+    """Return the MAVLink system number."""
+    return int(values.get("MAV_SYS_ID") or _last(own.get("vehicle_status"), "system_id") or 1)
+
+
+def _last(message: Message | None, field: str) -> int | None:
+    if message is None or field not in message or not len(message):
+        return None
+    return int(message.raw(field)[-1])
+
+
+def _integer(value: float | str | None) -> int:
+    return int(value) if isinstance(value, int | float) and math.isfinite(value) else 0
+
+
+def log_texts(others: tuple[Other, ...], t_of: Callable[[int, int], float]) -> list[Event]:
+    """Return the logged strings, and the failsafes that they speak of.
+
+    Parameters
+    ----------
+    t_of : callable
+        From a time since boot (us) and a place in the file to s of the log's clock.
+    """
+    events = []
+    for other in others:
+        said = other.content
+        if not isinstance(said, Logged):
+            continue
+        t, text = t_of(said.stamp, other.start), clean_text(said.text)
+        events.append(Event(t, "text", text, said.severity))
+        if is_failsafe_text(text):
+            events.append(Event(t, "failsafe", text, said.severity))
+    return sorted(events, key=lambda e: e.t)
+
+
+def crash_dumps(others: tuple[Other, ...], t: float) -> Iterator[Event]:
+    """Yield one event for each report of a crash of the autopilot's processor.
+
+    It was written after the next start and appended; nobody knows when the processor stopped, but
+    this log ended then: ``t``.
+    """
+    parts: list[bytes] = []
+    for other in others:
+        key = other.content
+        if not isinstance(key, Key) or key.name != _CRASH_DUMP:
+            continue
+        is_next = key.is_continued and parts
+        parts = [*parts[:-1], parts[-1] + key.raw] if is_next else [*parts, key.raw]
+    for part in parts:
+        text = clean_text(part.decode("utf-8", "replace"))[:200]
+        yield Event(t, "failsafe", f"the autopilot's processor crashed: {text}", _EMERGENCY)
+
+
+def parameters(
+    others: tuple[Other, ...], t_at: Callable[[int], float]
+) -> tuple[dict[str, float], tuple[ParameterChange, ...], list[Event]]:
+    """Return the parameters at the beginning, the later changes, and these as events.
+
+    Parameters
+    ----------
+    t_at : callable
+        From a place in the file to the time of the last data before it, s.
+    """
+    first: dict[str, float] = {}
+    now: dict[str, float] = {}
+    changes, events = [], []
+    for other in others:
+        key = other.content
+        value = key.value() if other.kind == "P" and isinstance(key, Key) else None
+        if not isinstance(key, Key) or not isinstance(value, int | float):
+            continue
+        if not math.isfinite(value) or not _PARAMETER.fullmatch(key.name):
+            continue
+        old = now.setdefault(key.name, value)
+        first.setdefault(key.name, value)
+        if value != old:
+            t = t_at(other.start)
+            changes.append(ParameterChange(t, key.name, old, value))
+            events.append(Event(t, "parameter", key.name, None, value))
+            now[key.name] = value
+    return dict(sorted(first.items())), tuple(changes), events
+
+
+def log_events(own: Messages, release: Release) -> list[Event]:
+    """Return modes, arming and failsafes in the order of time."""
+    found = [*_modes(own, release), *_arming(own), *_failsafes(own)]
+    return sorted(found, key=lambda e: (e.t, e.kind))
+
+
+def mode_name(number: int, release: Release) -> str:
+    """Return the name of a nav_state, ``MODE_<n>`` where it is not known.
+
+    Examples
+    --------
+    >>> mode_name(6, (1, 15)), mode_name(6, (1, 12)), mode_name(99, (1, 15))
+    ('POSITION_SLOW', 'AUTO_RCRECOVER', 'MODE_99')
+    """
+    table = data_table("modes_ulog")
+    name = table["nav_state"].get(str(number))
+    if release < tuple(table["older"]["before"]):
+        name = table["older"]["nav_state"].get(str(number), name)
+    return name or f"MODE_{number}"
+
+
+def _modes(own: Messages, release: Release) -> Iterator[Event]:
+    for t, number in _steps(own, "vehicle_status", "nav_state"):
+        yield Event(t, "mode", mode_name(int(number), release))
+
+
+def _arming(own: Messages) -> Iterator[Event]:
+    steps = [(t, bool(armed)) for t, armed in _steps(own, "actuator_armed", "armed")]
+    if not steps:
+        states = _steps(own, "vehicle_status", "arming_state")
+        steps = [(t, int(state) == _ARMED) for t, state in states]
+    before = False
+    for t, armed in steps:
+        if armed != before:  # a log that begins disarmed says nothing new
+            yield Event(t, "arm" if armed else "disarm", "")
+        before = armed
+
+
+def _failsafes(own: Messages) -> Iterator[Event]:
+    before = 0
+    for t, state in _steps(own, "vehicle_status", "failsafe"):
+        if state:
+            yield Event(t, "failsafe", "the autopilot is in failsafe")
+    names = data_table("modes_ulog")["failure_detector"]
+    for t, state in _steps(own, "vehicle_status", "failure_detector_status"):
+        for bit, name in names.items():
+            if int(state) & ~before & int(bit):
+                yield Event(t, "failsafe", f"failure detector: {name}")
+        before = int(state)
+
+
+def _steps(own: Messages, topic: str, field: str) -> Iterator[tuple[float, Any]]:
+    """Yield the first value of a field and every one that differs from the one before."""
+    message = own.get(topic)
+    if message is None or field not in message or not len(message):
+        return
+    values: NDArray[Any] = message.raw(field)[message.kept]
+    rows = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist()]
+    for row in rows:
+        yield float(message.t[row]), values[row].item()

@@ -1,0 +1,11 @@
+"""What a log means, in words that do not depend on who wrote it.
+
+messages.py  what another format says, in MAVLink's words
+sources.py   how the table of correspondences is written
+outputs.py   which surface every output of a plane drives
+"""
+
+from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
+from fdi.telemetry.meaning.outputs import with_outputs
+
+__all__ = ["as_ardupilot", "as_mavlink", "origin", "with_outputs"]
