@@ -8,6 +8,8 @@ dataflash/  ArduPilot DataFlash logs, binary and in text form
 ulog/       PX4 logs
 bytes/      rows of bytes, by whatever format: gathered, told apart, looped over
 bounds.py   how much of what a log says about itself is kept
+gaps.py     when most messages are silent together
+wording.py  how texts and names read
 """
 
 from __future__ import annotations

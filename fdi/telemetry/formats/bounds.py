@@ -28,6 +28,9 @@ vehicle is stands at the beginning, how it ended at the end."""
 MOST_SENDERS: Final = 1 << 10
 """Fifty times what an autopilot of ArduPilot forwards for (20)."""
 
+SINGLE: Final = 20
+"""Findings of one kind; more are told as one."""
+
 
 def kept_texts(count: int) -> NDArray[np.int64] | None:
     """Return which of so many texts are kept, ascending; None: all."""

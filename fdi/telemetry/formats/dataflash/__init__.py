@@ -3,6 +3,7 @@
 reader.py        binary logs: recognises them, tells their damage
 layouts.py       definitions and units of the records
 records.py       finds records and damage in the bytes
+kernels.py       the same as loops over bytes
 tables.py        records to columns
 text_reader.py   logs in text form: definitions, what was lost
 text_lines.py    lines, words and the numbers in them

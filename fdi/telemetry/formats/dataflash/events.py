@@ -22,7 +22,7 @@ from fdi.telemetry.formats.bounds import (
 )
 from fdi.telemetry.formats.dataflash.clock import Times
 from fdi.telemetry.formats.dataflash.tables import Tables, columns
-from fdi.telemetry.formats.tlog.events import PARAMETER_NAME, clean_text
+from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.quality import QualityRecord
 

@@ -29,8 +29,8 @@ from fdi.telemetry.formats.dataflash.events import (
 )
 from fdi.telemetry.formats.dataflash.layouts import Bytes, Field, Ints, Layout, Units
 from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
-from fdi.telemetry.formats.tlog.events import firmware
-from fdi.telemetry.formats.tlog.quality import gap_records
+from fdi.telemetry.formats.gaps import gap_records
+from fdi.telemetry.formats.wording import greeting
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.meaning import as_mavlink, with_outputs
 from fdi.telemetry.message import Column, Floats, Message
@@ -81,7 +81,7 @@ def make_log(
     timed = Timed(tables, times)
     values, changes, named, beyond = parameters(timed)
     texts = [*(Event(0.0, "text", line) for line in heading), *log_texts(timed)]
-    name = firmware({}, texts, None)
+    name = greeting(event.text for event in texts if event.kind == "text")
     by_name = vehicle_of(name, values, _motors(tables))
     vehicle, frame = frame_of(
         by_name, values, (event.text for event in texts), autopilot="ardupilot"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from fdi.errors import LogError
+from fdi.telemetry.formats.bounds import SINGLE
 from fdi.telemetry.formats.dataflash.layouts import FMT, Bytes
 from fdi.telemetry.formats.dataflash.log import Finding, by_instance, make_log
 from fdi.telemetry.formats.dataflash.records import Records, all_records, is_mostly_records
@@ -19,7 +20,6 @@ from fdi.telemetry.log import Log
 
 _HEAD: Final = b"\xa3\x95\x80"
 _SNIFF: Final = 1 << 20  # bytes looked at when the format is in question
-SINGLE: Final = 20  # more findings of one kind are told as one
 
 
 def is_dataflash(data: Bytes) -> bool:

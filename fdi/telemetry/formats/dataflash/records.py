@@ -21,13 +21,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.formats.bytes.compiled import (
-    compiled,
-    dataflash_definitions,
-    dataflash_group,
-    dataflash_run,
-)
+from fdi.telemetry.formats.bytes.compiled import compiled
 from fdi.telemetry.formats.bytes.gather import gather
+from fdi.telemetry.formats.dataflash.kernels import (
+    find_definitions,
+    group_records,
+    walk_records,
+)
 from fdi.telemetry.formats.dataflash.layouts import (
     FMT,
     LENGTHS,
@@ -117,7 +117,7 @@ def all_records(data: Bytes) -> Records:
     the bytes themselves: a type whose records all have one length, between others, has that length;
     its records have no fields.
     """
-    run = compiled(dataflash_run, data.size)
+    run = compiled(walk_records, data.size)
     headers = None if run else find_headers(data)
     own, false_definitions = defined(data, _definition_places(data, headers))
     if not any(one.number == FMT for one in own):
@@ -179,7 +179,7 @@ def _definition_places(data: Bytes, headers: Headers | None) -> Ints:
     if headers is not None:
         at: Ints = headers.at[headers.type == FMT].astype(np.int64)
         return at
-    search = compiled(dataflash_definitions, data.size)
+    search = compiled(find_definitions, data.size)
     assert search is not None
     places = np.empty(_ROWS, np.int64)
     count = search(data, places)
@@ -335,14 +335,14 @@ class _Collection:
         ends = np.cumsum(count)
         grouped = np.empty(int(ends[-1]), self.offset_type)
         free = ends - count  # where the next record of each type goes
-        group = compiled(dataflash_group, self.known.size) or _group
+        group = compiled(group_records, self.known.size) or _group
         for window in self.windows:
             group(window.at, window.type, free, grouped)
         return np.split(grouped, ends[:-1])
 
 
 def _group(start: Offsets, types: Bytes, free: NDArray[np.int64], grouped: Offsets) -> None:
-    """Do what `dataflash_group` does."""
+    """Do what `group_records` does."""
     count = np.bincount(types, minlength=_TYPES)
     in_order = start[np.argsort(types, kind="stable")]
     low = 0

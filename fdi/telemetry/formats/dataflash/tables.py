@@ -17,9 +17,10 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.formats.bytes.compiled import compiled, dataflash_blocks
+from fdi.telemetry.formats.bytes.compiled import compiled
 from fdi.telemetry.formats.bytes.gather import gather
 from fdi.telemetry.formats.bytes.texts import binary, coded
+from fdi.telemetry.formats.dataflash.kernels import copy_records
 from fdi.telemetry.formats.dataflash.layouts import Field, Layout
 from fdi.telemetry.formats.dataflash.records import SMALL, Bytes, Ints, Offsets, Records
 
@@ -107,7 +108,7 @@ class Blocks:
         self._codes: dict[tuple[int, str], tuple[NDArray[Any], Ints]] = {}
         # one piece of memory: many small ones cost twice the time to fill
         self._free = np.empty(data.size if self._is_small else 0, np.uint8)
-        copy = compiled(dataflash_blocks, data.size)
+        copy = compiled(copy_records, data.size)
         if copy is not None and records.in_order:
             self._copy_all(records, copy)
 

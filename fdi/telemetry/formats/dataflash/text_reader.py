@@ -26,6 +26,7 @@ from typing import Final
 import numpy as np
 
 from fdi.errors import LogError
+from fdi.telemetry.formats.bounds import SINGLE
 from fdi.telemetry.formats.dataflash.layouts import (
     CHARACTERS,
     FMT,
@@ -38,10 +39,10 @@ from fdi.telemetry.formats.dataflash.layouts import (
     with_known,
 )
 from fdi.telemetry.formats.dataflash.log import Finding, make_log
-from fdi.telemetry.formats.dataflash.reader import SINGLE, definition_findings
+from fdi.telemetry.formats.dataflash.reader import definition_findings
 from fdi.telemetry.formats.dataflash.text_columns import find_records
 from fdi.telemetry.formats.dataflash.text_lines import BLANKS, whole_lines
-from fdi.telemetry.formats.tlog.events import clean_text
+from fdi.telemetry.formats.wording import clean_text
 from fdi.telemetry.log import Log
 
 _SNIFF: Final = 1 << 16  # bytes in which the first definition stands

@@ -24,6 +24,7 @@ from fdi.telemetry.formats.bounds import (
     records_left_out,
 )
 from fdi.telemetry.formats.tlog.columns import Payloads
+from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text, greeting
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.quality import QualityRecord
 
@@ -42,15 +43,7 @@ _STATES: Final = {  # MAV_STATE; ArduPilot is critical while one of its failsafe
 _CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in several
 _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
-_CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f]+")
-PARAMETER_NAME: Final = re.compile(r"[A-Za-z0-9_]{1,16}")
 _VERSION: Final = re.compile(r"(\S+) V?(\d+)\.(\d+)")
-_FIRMWARE: Final = re.compile(r"\b(Ardu\w+|APM:\w+|Blimp|PX4)\s+(V?\d[\w.\-]*(?: \(\w+\))?)")
-
-
-def clean_text(text: str) -> str:
-    """Return a text without control characters (a log's text may reach a terminal)."""
-    return _CONTROL.sub(" ", text).strip()
 
 
 def log_events(own: Own, line: Timeline, autopilot: str, vehicle: str) -> list[Event]:
@@ -218,13 +211,10 @@ def firmware(own: Own, events: list[Event], maker: str | None) -> str | None:
 
     ``maker`` is the name to go with a bare version number.
     """
-    for text in dict.fromkeys(event.text for event in events if event.kind == "text"):
-        found = _FIRMWARE.search(text)
-        if found:
-            return f"{found[1]} {found[2]}"
+    greeted = greeting(event.text for event in events if event.kind == "text")
     version = own.get(_AUTOPILOT_VERSION)
-    if version is None or not version.rows.size:
-        return None
+    if greeted is not None or version is None or not version.rows.size:
+        return greeted
     number = int(version.field("flight_sw_version")[-1])
     if not number:
         return None

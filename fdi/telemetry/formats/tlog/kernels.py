@@ -1,6 +1,6 @@
 """How do the frames of a tlog become columns, as loops over bytes?
 
-Kernels for `compiled.compiled`. Each names the numpy code that it stands in for, where the words
+Kernels for ``bytes/compiled.py``. Each names the numpy code that it stands in for, where the words
 are explained; tests hold both against each other byte by byte. They only move and compare whole
 numbers: sums of floats may differ in the last bit between compilers.
 """

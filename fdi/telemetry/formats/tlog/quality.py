@@ -13,14 +13,11 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.clock import Timeline
 from fdi.telemetry.dialect import definition
+from fdi.telemetry.formats.bounds import SINGLE
 from fdi.telemetry.formats.tlog.frames import Damage, Frames
 from fdi.telemetry.message import Message, is_outside
 from fdi.telemetry.quality import QualityRecord
 
-_SINGLE: Final = 20  # more findings of one kind are told as one
-GAP_S: Final = 2.0
-_GAP_PERIODS: Final = 3.0
-_LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
 _SEQUENCE_STEP: Final = 64  # a longer step in the sequence is a second link or a restart
 _WORTH_TELLING: Final = 0.005  # share of lost frames
 
@@ -31,7 +28,7 @@ def damage_records(frames: Frames, line: Timeline) -> Iterator[QualityRecord]:
     for damage in frames.damage:
         by_kind.setdefault(damage.kind, []).append(damage)
     for found in by_kind.values():
-        if len(found) <= _SINGLE:
+        if len(found) <= SINGLE:
             for damage in found:
                 yield _told(damage, frames, line)
             continue
@@ -65,51 +62,6 @@ def _told(damage: Damage, frames: Frames, line: Timeline) -> QualityRecord:
 def _moment(damage: Damage, frames: Frames, line: Timeline) -> float:
     before = max(int(np.searchsorted(frames.start, damage.offset)) - 1, 0)
     return float(line.created[before])
-
-
-def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
-    """Yield the times in which most of the regular messages are missing together."""
-    gaps: list[tuple[float, float]] = []
-    regular = 0
-    for message in messages.values():
-        if len(message) < 5:
-            continue
-        step = np.diff(message.t)
-        limit = _longest_step(step)
-        if limit is None:
-            continue
-        regular += 1
-        for row in np.flatnonzero(step > limit):
-            gaps.append((float(message.t[row]), float(message.t[row + 1])))
-    if not gaps:
-        return
-    edges = np.array(sorted({edge for gap in gaps for edge in gap}))
-    middle = (edges[:-1] + edges[1:]) / 2
-    starts, ends = (np.sort([gap[side] for gap in gaps]) for side in (0, 1))
-    silent = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
-    is_gap = np.concatenate(([False], silent >= _LINK_SHARE * regular, [False])).astype(np.int8)
-    found = list(
-        zip(
-            np.flatnonzero(np.diff(is_gap) == 1), np.flatnonzero(np.diff(is_gap) == -1), strict=True
-        )
-    )
-    spans = [(float(edges[a]), float(edges[b])) for a, b in found]
-    if len(spans) > _SINGLE:
-        total = sum(b - a for a, b in spans)
-        text = f"telemetry gap: {len(spans)} times, {total:.1f} s in all"
-        yield QualityRecord("gap", None, spans[0][0], spans[-1][1], len(spans), text)
-        return
-    for start, end in spans:
-        yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
-
-
-def _longest_step(step: NDArray[np.float64]) -> float | None:
-    """Return the longest step (s) of a regular message that is no gap, None if it is irregular."""
-    quick = GAP_S / _GAP_PERIODS
-    if 2 * np.count_nonzero(step <= quick) > step.size + 1:
-        return GAP_S  # the median is below, too: no need to look for it
-    period = float(np.median(step))
-    return max(GAP_S, _GAP_PERIODS * period) if period <= GAP_S else None
 
 
 def lost_frames(sequence: NDArray[np.uint8]) -> int:

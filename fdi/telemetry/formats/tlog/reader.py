@@ -23,6 +23,7 @@ from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.catalogue import mavlink_firmware
 from fdi.telemetry.clock import Timeline, make_clock
 from fdi.telemetry.dialect import frame_checks
+from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.tlog.columns import Payloads, columns
 from fdi.telemetry.formats.tlog.events import (
     firmware,
@@ -43,7 +44,6 @@ from fdi.telemetry.formats.tlog.groups import (
 from fdi.telemetry.formats.tlog.quality import (
     damage_records,
     duplicate_record,
-    gap_records,
     invalid_records,
     link_records,
     lost_frames,

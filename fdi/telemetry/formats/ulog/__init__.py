@@ -3,6 +3,7 @@
 reader.py       puts the log together
 definitions.py  formats, subscriptions, keys
 walk.py         finds messages and damage in the bytes
+kernels.py      the same as loops over bytes
 records.py      messages by topic
 columns.py      decodes their fields
 times.py        when was each record made

@@ -18,10 +18,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.formats.bytes.compiled import compiled, copy_records
+from fdi.telemetry.formats.bytes.compiled import compiled
 from fdi.telemetry.formats.bytes.gather import gather
 from fdi.telemetry.formats.bytes.texts import texts
 from fdi.telemetry.formats.ulog.definitions import Bytes, Field, Layout
+from fdi.telemetry.formats.ulog.kernels import copy_records
 
 Ints = NDArray[np.int64]
 Block = NDArray[np.void]

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_vehicle
 from fdi.telemetry.events import Event
-from fdi.telemetry.formats.tlog.events import clean_text
 from fdi.telemetry.formats.ulog.definitions import Key, Logged
 from fdi.telemetry.formats.ulog.units import Release
 from fdi.telemetry.formats.ulog.walk import Other
+from fdi.telemetry.formats.wording import clean_text
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.message import Message
 

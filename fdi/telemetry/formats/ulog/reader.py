@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from fdi.errors import LogError
 from fdi.telemetry.airframes import frame_of
-from fdi.telemetry.formats.tlog.quality import gap_records
+from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.ulog.columns import Places, Store
 from fdi.telemetry.formats.ulog.definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog.events import (

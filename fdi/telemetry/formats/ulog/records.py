@@ -15,8 +15,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.formats.bytes.compiled import compiled, sort_messages
+from fdi.telemetry.formats.bytes.compiled import compiled
 from fdi.telemetry.formats.ulog.definitions import Bytes, Layout, Subscription, extent, resolve
+from fdi.telemetry.formats.ulog.kernels import sort_messages
 from fdi.telemetry.formats.ulog.walk import MOST_OTHERS, Other, Run, Walk
 
 Ints = NDArray[np.int64]

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.clock import Clock, timeline
-from fdi.telemetry.formats.tlog.quality import GAP_S
+from fdi.telemetry.formats.gaps import GAP_S
 from fdi.telemetry.message import Floats
 from fdi.telemetry.quality import Kind, QualityRecord
 

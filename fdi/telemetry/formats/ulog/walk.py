@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.formats.bounds import MOST_NAMES, MOST_TEXTS
-from fdi.telemetry.formats.bytes.compiled import compiled, walk_messages
+from fdi.telemetry.formats.bytes.compiled import compiled
 from fdi.telemetry.formats.ulog.definitions import (
     SIZES,
     Bytes,
@@ -43,6 +43,7 @@ from fdi.telemetry.formats.ulog.definitions import (
     parsed,
     resolve,
 )
+from fdi.telemetry.formats.ulog.kernels import walk_messages
 
 Ints = NDArray[np.int64]
 Sizes = NDArray[np.uint16]
