@@ -9,8 +9,8 @@ from flights import ROOT, SHARED, accused, analysis_of, components, document_of,
 
 from fdi.analysis import analyze
 from fdi.decision import load_policy
-from fdi.evaluation.rewrite import Change, rewritten
 from fdi.telemetry import read
+from fdi.telemetry.writing import Change, rewritten
 
 SITL = "sitl/{}.tlog"
 HEALTHY = shared(

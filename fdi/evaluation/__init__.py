@@ -14,7 +14,6 @@ that a figure can be judged: with its interval, beside what a constant answer wo
 - ``injected_fault.py``: what a channel reads with a known fault
 - ``inject.py``: a healthy log with a known fault
 - ``curves.py``: how big must a fault be before it shows
-- ``rewrite.py``: a log with other values, every other byte as it was
 """
 
 from fdi.evaluation.labels import Fault, Label, load_labels, select

@@ -20,11 +20,11 @@ from fdi.evaluation.injected_fault import (
     faulty,
     lost_records,
 )
-from fdi.evaluation.rewrite import Change, rewritten
 from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.telemetry import Channel, Log, Message
 from fdi.telemetry.meaning import origin
+from fdi.telemetry.writing import Change, rewritten
 
 _WITH_UNIT = ("bias", "drift", "noise")
 

@@ -6,6 +6,7 @@ SI, on one clock, and everything that was lost, repaired or guessed is told.
 In: a path. Out: `Log`; on request `Signals`, the quantities that a model asks for on one grid.
 
 reading.py    `read`: path to `Log`, format by content
+writing.py    `rewritten`: a log with other values, every other byte as it was
 search.py     files, folders, globs, URLs: which logs are meant
 content.py    the bytes of a file that may be damaged, locked, growing
 formats/      a room per log format: its reader, its writer

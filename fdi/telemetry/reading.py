@@ -52,9 +52,9 @@ def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
                 where=str(where),
                 hint="give a .tlog, an ArduPilot .bin or a PX4 .ulg",
             )
-    for is_it, read_it in FORMATS.values():
-        if is_it(data):
-            return read_it(where, data, system=system)
+    for form in FORMATS.values():
+        if form.is_it(data):
+            return form.read(where, data, system=system)
     known = ", ".join(FORMATS)
     raise LogError(
         f"{data.size} bytes of no known format", where=str(where), hint=f"known: {known}"

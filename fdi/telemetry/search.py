@@ -79,7 +79,7 @@ def is_like_a_log(path: str) -> bool:
             head = np.frombuffer(file.read(_SNIFF), np.uint8)
     except OSError:  # of a name that says nothing, and closed to us: nothing says that it is a log
         return False
-    return head.size > 0 and any(is_it(head) for is_it, _ in FORMATS.values())
+    return head.size > 0 and any(form.is_it(head) for form in FORMATS.values())
 
 
 def _elsewhere(url: str) -> Iterator[str]:

@@ -27,10 +27,10 @@ from fdi.errors import FdiError
 from fdi.evaluation.curves import InjectedJob, analyze_injected, sensors
 from fdi.evaluation.inject import home, injected
 from fdi.evaluation.injected_fault import InjectedFault
-from fdi.evaluation.rewrite import Change, rewritten
 from fdi.model import load_airframe
 from fdi.model.choose import choose_model
 from fdi.telemetry import Channel, Log, Message, read
+from fdi.telemetry.writing import Change, rewritten
 
 from .edits import later, twice, until, with_garbage
 

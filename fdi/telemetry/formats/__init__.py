@@ -1,42 +1,55 @@
-"""Which format has this file, and who reads it?
+"""Which format has this file, who reads it, and who writes it?
 
 Decided by content, never by name. A format is a room here: ``is_x(data)`` looks at the bytes,
-``read_x(path, data, system=...)`` returns the `Log`.
+``read_x(path, data, system=...)`` returns the `Log`, ``write_x(log, changes)`` the bytes of a
+changed one.
 
 tlog/       MAVLink telemetry logs
 dataflash/  ArduPilot DataFlash logs, binary and in text form
 ulog/       PX4 logs
 bytes/      rows of bytes, by whatever format: gathered, told apart, looped over
 bounds.py   how much of what a log says about itself is kept
+change.py   what becomes of a message's records, for who writes
 gaps.py     when most messages are silent together
 wording.py  how texts and names read
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.formats.change import Change
 from fdi.telemetry.formats.dataflash import (
     is_dataflash,
     is_dataflash_text,
     read_dataflash,
     read_dataflash_text,
+    write_dataflash,
 )
-from fdi.telemetry.formats.tlog import is_tlog, read_tlog
-from fdi.telemetry.formats.ulog import is_ulog, read_ulog
+from fdi.telemetry.formats.tlog import is_tlog, read_tlog, write_tlog
+from fdi.telemetry.formats.ulog import is_ulog, read_ulog, write_ulog
 from fdi.telemetry.log import Log
 
 Data = NDArray[np.uint8]
 
-FORMATS: Final[dict[str, tuple[Callable[[Data], bool], Callable[..., Log]]]] = {
-    "ulog": (is_ulog, read_ulog),  # the cheaper looks first
-    "dataflash": (is_dataflash, read_dataflash),
-    "dataflash_text": (is_dataflash_text, read_dataflash_text),
-    "tlog": (is_tlog, read_tlog),
+
+class Format(NamedTuple):
+    """Who recognises a format, reads and writes it; None: nobody writes it yet."""
+
+    is_it: Callable[[Data], bool]
+    read: Callable[..., Log]
+    write: Callable[[Log, Mapping[str, Change]], bytes] | None
+
+
+FORMATS: Final[dict[str, Format]] = {
+    "ulog": Format(is_ulog, read_ulog, write_ulog),  # the cheaper looks first
+    "dataflash": Format(is_dataflash, read_dataflash, write_dataflash),
+    "dataflash_text": Format(is_dataflash_text, read_dataflash_text, None),
+    "tlog": Format(is_tlog, read_tlog, write_tlog),
 }
 
 # What a file begins with that this version does not read: refused by name.
@@ -50,4 +63,4 @@ NOT_READ: Final[dict[str, bytes]] = {
     "a 7z archive": b"7z\xbc\xaf\x27\x1c",
 }
 
-__all__ = ["FORMATS", "NOT_READ"]
+__all__ = ["FORMATS", "NOT_READ", "Format"]

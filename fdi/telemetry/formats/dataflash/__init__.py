@@ -11,9 +11,17 @@ text_columns.py  lines to columns
 log.py           puts the log together, binary or text
 clock.py         when each record was made
 events.py        modes, arming, texts, parameters
+writer.py        a binary log with other values
 """
 
 from fdi.telemetry.formats.dataflash.reader import is_dataflash, read_dataflash
 from fdi.telemetry.formats.dataflash.text_reader import is_dataflash_text, read_dataflash_text
+from fdi.telemetry.formats.dataflash.writer import write_dataflash
 
-__all__ = ["is_dataflash", "is_dataflash_text", "read_dataflash", "read_dataflash_text"]
+__all__ = [
+    "is_dataflash",
+    "is_dataflash_text",
+    "read_dataflash",
+    "read_dataflash_text",
+    "write_dataflash",
+]

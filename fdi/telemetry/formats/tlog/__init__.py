@@ -12,8 +12,10 @@ columns.py   payloads to columns
 events.py    modes, arming, texts, parameters
 signs.py     which way is up
 quality.py   what was lost
+writer.py    the log with other values
 """
 
 from fdi.telemetry.formats.tlog.reader import is_tlog, read_tlog
+from fdi.telemetry.formats.tlog.writer import write_tlog
 
-__all__ = ["is_tlog", "read_tlog"]
+__all__ = ["is_tlog", "read_tlog", "write_tlog"]

@@ -10,8 +10,10 @@ times.py        when was each record made
 units.py        units of the fields
 events.py       modes, arming, texts, parameters
 quality.py      what was lost
+writer.py       the log with other values
 """
 
 from fdi.telemetry.formats.ulog.reader import is_ulog, read_ulog
+from fdi.telemetry.formats.ulog.writer import write_ulog
 
-__all__ = ["is_ulog", "read_ulog"]
+__all__ = ["is_ulog", "read_ulog", "write_ulog"]

@@ -1,130 +1,39 @@
-"""How does a log get other values, with every other byte as it was?
+"""How does a telemetry log get other values, with every other byte as it was?
 
-In: a log and, per message, changed raw values and records to be left out. Out: the bytes of the
-changed log in its own format. In a tlog a changed frame gets a new checksum and the length that
-MAVLink 2 would give it, and frames after one that was left out move up in their sender's numbering,
-so that nothing looks lost on the link. In a DataFlash log and a ULog records have a fixed size and
-no checksum; a ULog says where parts were appended later.
+A changed frame gets a new checksum and the length that MAVLink 2 would give it; a signature, which
+is of other bytes, goes. Frames after one that was left out move up in their sender's numbering, so
+that nothing looks lost on the link.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import UsageError
-from fdi.telemetry import Log, Message
 from fdi.telemetry.dialect import MessageDefinition, definition_by_name, frame_checks
-from fdi.telemetry.formats.dataflash.layouts import Layout as RecordLayout
-from fdi.telemetry.formats.dataflash.reader import tables_of
+from fdi.telemetry.formats.change import Change, as_stored
 from fdi.telemetry.formats.tlog.frames import Frames, find_frames
-from fdi.telemetry.formats.ulog.definitions import Layout as TopicLayout
-from fdi.telemetry.formats.ulog.reader import appended_at, topics_of
+from fdi.telemetry.log import Log
+from fdi.telemetry.message import Message
 
-Mask = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
 _MAGIC_V1: Final = 0xFE
 _SIGNED: Final = 13  # bytes of a signature
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Change:
-    """What becomes of the raw records of a message, (m,) each as `Message.stamp`.
-
-    ``values`` by field: raw numbers, of which those in ``where`` are written; ``lost``: records
-    that are left out.
-    """
-
-    values: Mapping[str, tuple[NDArray[np.float64], Mask]]
-    lost: Mask | None = None
-
-
-def rewritten(log: Log, changes: Mapping[str, Change]) -> bytes:
+def write_tlog(log: Log, changes: Mapping[str, Change]) -> bytes:
     """Return the bytes of a log with changes, by key of the message.
 
     Raises
     ------
     UsageError
-        Logs of this format, or this message of it, cannot be rewritten.
+        A message came twice, or by several senders.
     """
-    write = _WRITERS.get(log.format)
-    if write is None:
-        known = ", ".join(_WRITERS)
-        raise UsageError(
-            f"a log of format {log.format} cannot be rewritten yet",
-            where=log.name,
-            hint=f"those that can: {known}",
-        )
-    return write(log, changes)
-
-
-def _dataflash(log: Log, changes: Mapping[str, Change]) -> bytes:
-    data = log.data.copy()
-    keep = np.ones(data.size, np.bool_)
-    for key, change in changes.items():
-        message = log[key]
-        own = [
-            table
-            for table in tables_of(log.data)
-            if table.layout.name == message.name and table.instance == message.instance
-        ]
-        if len(own) != 1 or own[0].start.size != message.stamp.size:
-            raise UsageError(f"{key} is defined anew in the log, and cannot be rewritten")
-        layout, start = own[0].layout, own[0].start.astype(np.int64)
-        _fill(data, layout, start, change)
-        if change.lost is not None:
-            gone = start[change.lost]
-            keep[(gone[:, None] + np.arange(layout.length)).ravel()] = False
-    return data[keep].tobytes()
-
-
-def _ulog(log: Log, changes: Mapping[str, Change]) -> bytes:
-    data = log.data.copy()
-    keep = np.ones(data.size, np.bool_)
-    topics = topics_of(log.path, log.data)
-    for key, change in changes.items():
-        own = [topic for topic in topics if topic.key == key]
-        if len(own) != 1 or own[0].at.size != log[key].stamp.size:
-            raise UsageError(f"{key} is defined anew in the log, and cannot be rewritten")
-        _fill(data, own[0].layout, own[0].at, change)
-        for first in own[0].at[change.lost].tolist() if change.lost is not None else ():
-            size = 3 + int.from_bytes(data[first - 5 : first - 3].tobytes(), "little")
-            keep[first - 5 : first - 5 + size] = False
-    for place in appended_at(data):
-        old = int.from_bytes(data[place : place + 8].tobytes(), "little")
-        new = int(np.count_nonzero(keep[:old]))
-        data[place : place + 8] = np.frombuffer(new.to_bytes(8, "little"), np.uint8)
-    return data[keep].tobytes()
-
-
-def _fill(
-    data: NDArray[np.uint8], layout: RecordLayout | TopicLayout, start: Ints, change: Change
-) -> None:
-    """Write a change's values into the records that begin at these bytes."""
-    for name, (values, where) in change.values.items():
-        field = layout.field(name)
-        assert field is not None
-        kind = np.dtype(field.dtype)
-        packed = as_stored(values[where], kind).view(np.uint8).reshape(-1, kind.itemsize)
-        data[(start[where] + field.offset)[:, None] + np.arange(kind.itemsize)] = packed
-
-
-def as_stored(raw: NDArray[np.float64], kind: np.dtype[Any]) -> NDArray[Any]:
-    """Return raw numbers in the type of their field: rounded, and held at its ends."""
-    if kind.kind in "iu":
-        limits = np.iinfo(kind)
-        # float64 does not hold the largest 64-bit numbers
-        most = limits.max if kind.itemsize < 8 else np.nextafter(limits.max, 0)
-        raw = np.clip(np.rint(raw), float(limits.min), float(most))
-    return np.ascontiguousarray(raw.astype(kind))
-
-
-def _tlog(log: Log, changes: Mapping[str, Change]) -> bytes:
     frames = find_frames(log.data, frame_checks())
     payloads: dict[int, bytearray] = {}
     lost: set[int] = set()
@@ -224,10 +133,3 @@ def _frame(
     extra = int(frame_checks().extra[frames.number[row]])
     crc: int = x25crc(bytes(head[9:]) + payload + bytes([extra])).crc
     return bytes(head) + payload + crc.to_bytes(2, "little")
-
-
-_WRITERS: Final[dict[str, Callable[[Log, Mapping[str, Change]], bytes]]] = {
-    "tlog": _tlog,
-    "dataflash": _dataflash,
-    "ulog": _ulog,
-}
