@@ -20,7 +20,6 @@ from fdi.model import Airframe, System
 from fdi.model.choose import is_general, made_for
 from fdi.model.hints import would_test
 from fdi.model.outputs import moved_motors
-from fdi.report import write_report
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
 
@@ -121,7 +120,6 @@ def analyze(
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
-        writer=write_report,
     )
 
 

@@ -118,9 +118,7 @@ def _empty(job: Job) -> Row:
 
 
 def _told(found: Analysis) -> Row:
-    from fdi.result import document
-
-    log, tree = found.log, document(found)
+    log, tree = found.log, found.document()
     spans = [flight.airborne for flight in log.flights]
     return {
         "format": log.format,

@@ -39,6 +39,11 @@ def test_import_fdi_does_not_load(heavy: str) -> None:
     assert heavy not in modules_loaded_by("import fdi")
 
 
+def test_an_analysis_holds_nothing_of_what_tells_it() -> None:
+    """Only `Analysis.document` and `Analysis.report` import the room above, when called."""
+    assert not {name for name in modules_loaded_by("import fdi.result") if "fdi.report" in name}
+
+
 @pytest.mark.parametrize("heavy", ["pandas", "sympy", "networkx", "matplotlib", "pymavlink"])
 def test_import_structure_does_not_load(heavy: str) -> None:
     """Adapters and plots may use these, but only inside the functions that need them."""

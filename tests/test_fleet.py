@@ -5,9 +5,9 @@ import signal
 
 import pytest
 
-import fdi.result
 from fdi.errors import UsageError
 from fdi.fleet import Job, analyze_log, rows
+from fdi.result import Analysis
 
 pytestmark = pytest.mark.usefixtures("_own_cache_folder")
 LOG = "examples/crash_logs/copter_motor_failure_crash.tlog"
@@ -42,14 +42,14 @@ def test_a_log_is_a_row_with_the_findings_of_its_analysis():
     ],
 )
 def test_a_row_says_how_the_flight_ended_that_ended_worst(monkeypatch, ends, expected):
-    document = fdi.result.document
+    document = Analysis.document
     keys = ("flight", "how", "at_s", "speed", "lost_control_s")
 
     def told(found):
         given = [dict(zip(keys, (number, *end), strict=True)) for number, end in enumerate(ends)]
         return {**document(found), "ends": given}
 
-    monkeypatch.setattr(fdi.result, "document", told)
+    monkeypatch.setattr(Analysis, "document", told)
     row = analyze_log(Job(LOG))
     assert tuple(row[key] for key in ("ended", "end_s", "end_speed", "lost_control_s")) == expected
 

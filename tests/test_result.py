@@ -1,144 +1,17 @@
-"""What analysis.json holds: plain values, finite or null, intervals half open, rows by hand."""
+"""What can be asked of an analysis by whoever writes a script."""
 
 import json
-import math
-from dataclasses import replace
 
-import numpy as np
 import pytest
 from report.build import small_analysis
 
-from fdi.diagnosis import FaultGrid, Isolability
-from fdi.result import document, isolability_rows, number
+from fdi.errors import OutputError
+from fdi.report import analysis_document, write_report
 
 
 @pytest.fixture(scope="module")
 def analysis(tmp_path_factory):
     return small_analysis(tmp_path_factory.mktemp("model"))
-
-
-def leaves(tree, path=()):
-    """Every value of a tree with its path."""
-    items = tree.items() if isinstance(tree, dict) else enumerate(tree)
-    for key, value in items:
-        if isinstance(value, (dict, list)):
-            yield from leaves(value, (*path, key))
-        else:
-            yield (*path, key), value
-
-
-def test_document_holds_plain_values_finite_or_null(analysis):
-    for path, value in leaves(analysis.document()):
-        assert value is None or type(value) in (str, bool, int, float), path
-        assert not isinstance(value, float) or math.isfinite(value), path
-
-
-def test_what_is_unknown_becomes_null(analysis):
-    """A threshold that cannot be stated, a parameter of an unknown place, a time that never was."""
-    threshold = np.full_like(analysis.alarms.threshold, np.nan)
-    system = analysis.system
-    lost = {n: replace(p, value=math.nan) for n, p in system.parameters.items()}
-    made = document(
-        replace(
-            analysis,
-            alarms=replace(analysis.alarms, threshold=threshold),
-            system=replace(system, parameters=lost),
-        )
-    )
-    assert {row["threshold"] for row in made["residuals"]} == {None}
-    assert made["model"]["parameters"]["lowest"]["value"] is None
-    assert made["log"]["flights"][0]["landing_s"] is None
-    json.dumps(made, allow_nan=False)
-
-
-def test_document_is_the_same_twice(analysis):
-    assert json.dumps(document(analysis)) == json.dumps(document(analysis))
-
-
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        (None, None),
-        (math.nan, None),
-        (math.inf, None),
-        (1 / 3, 0.333333333),
-        (123456789.4, 123456789.0),
-        (-0.25, -0.25),
-        (np.float64(2), 2.0),
-    ],
-)
-def test_number_has_nine_digits_or_is_null(value, expected):
-    found = number(value)
-    assert found == expected
-    assert found is None or type(found) is float
-
-
-def test_triggered_intervals_hold_exactly_the_triggered_samples(analysis):
-    t = analysis.signals.t
-    rows = {row["id"]: row for row in document(analysis)["residuals"]}
-    for place, generator in enumerate(analysis.bank.generators):
-        inside = np.zeros(len(t), dtype=bool)
-        for start, end in rows[generator.id]["triggered"]:
-            assert start < end
-            inside |= (t >= start) & (t < end)
-        assert np.array_equal(inside, analysis.alarms.state[place] == 1)
-    assert any(row["triggered"] for row in rows.values())
-
-
-def test_fault_grid_intervals_are_half_open_and_by_state(analysis):
-    marks = np.array([[0, 1, 1, -1, 1]], dtype=np.int8)
-    t = np.array([10.0, 10.5, 11.0, 11.5, 12.0])
-    grid = FaultGrid(t, ("GPS_RAW_INT.alt",), ("gps",), ("sensor",), marks)
-    made = document(replace(analysis, diagnosis=replace(analysis.diagnosis, grid=grid)))
-    assert made["fault_grid"] == {
-        "t": t.tolist(),
-        "rows": [
-            {
-                "fault": "GPS_RAW_INT.alt",
-                "component": "gps",
-                "group": "sensor",
-                "intervals": [[10.5, 11.5], [12.0, 12.5]],
-                "unknown": [[11.5, 12.0]],
-            }
-        ],
-    }
-
-
-def test_isolability_rows_are_those_written_by_hand():
-    value = Isolability(
-        ("a", "b", "c"),
-        np.array([True, True, False]),
-        np.array([[0, 1, 1], [0, 0, 1], [0, 0, 0]], dtype=bool),
-        (("a", "b"),),
-    )
-    assert isolability_rows(value) == {
-        "detectable": ["a", "b"],
-        "undetectable": ["c"],
-        "isolability": {"faults": ["a", "b", "c"], "rows": ["011", "001", "000"]},
-        "not_isolable_groups": [["a", "b"]],
-    }
-
-
-def test_moments_are_told_by_every_clock(analysis):
-    (finding,) = document(analysis)["findings"]
-    assert finding["onset"]["log_s"] == 40.0
-    assert finding["onset"]["boot_s"] == 70.0  # the log began 30 s after boot
-    assert finding["onset"]["utc"] == "2023-11-14T22:14:00.000Z"
-
-
-def test_finding_without_an_end_has_null(analysis):
-    (finding,) = analysis.findings
-    lasting = replace(analysis.diagnosis, findings=(replace(finding, end=None),))
-    assert document(replace(analysis, diagnosis=lasting))["findings"][0]["end"] is None
-
-
-def test_sets_that_are_not_implementable_are_listed_with_the_reason(analysis):
-    rows = document(analysis)["residuals"]
-    refused = [row for row in rows if row["status"] != "ok"]
-    assert len(refused) == len(analysis.bank.not_implementable)
-    assert len({row["id"] for row in rows}) == len(rows)
-    for row in rows:
-        assert bool(row["why"]) == (row["status"] == "not implementable")
 
 
 def test_analysis_shows_its_parts_as_frames(analysis):
@@ -151,9 +24,24 @@ def test_analysis_shows_its_parts_as_frames(analysis):
     assert repr(analysis) == f"<Analysis of flight.tlog: {analysis.verdict}>"
 
 
-def test_report_is_handed_to_the_writer(analysis, tmp_path):
-    def writer(whole, out, formats, force):
-        return out / "-".join(formats) / str(force)
+def test_document_is_that_of_the_report(analysis):
+    assert analysis.document() == analysis_document(analysis)
 
-    found = replace(analysis, writer=writer).report(tmp_path, ["json"], force=True)
-    assert found == tmp_path / "json" / "True"
+
+def test_report_is_written_in_the_formats_asked_for(analysis, tmp_path):
+    folder = analysis.report(tmp_path / "own", ["json", "csv"])
+    write_report(analysis, tmp_path / "other", ["json", "csv"])
+    names = sorted(path.name for path in folder.iterdir())
+    assert {"analysis.json", "fault_grid.csv", "isolability.csv"} <= set(names)
+    assert not [name for name in names if name.endswith((".html", ".png", ".txt"))]
+    for name in names:
+        assert (folder / name).read_bytes() == (tmp_path / "other" / name).read_bytes()
+    assert json.loads((folder / "analysis.json").read_text()) == analysis.document()
+
+
+def test_report_goes_into_a_foreign_folder_only_when_forced(analysis, tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(OutputError):
+        analysis.report(tmp_path, ["json"])
+    assert analysis.report(tmp_path, ["json"], force=True) == tmp_path
+    assert (tmp_path / "mine.txt").read_text() == "mine"

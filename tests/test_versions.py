@@ -14,7 +14,7 @@ import pytest
 from pymavlink import mavutil
 
 import fdi
-from fdi.result import libraries
+from fdi.report.analysis_document import libraries
 from fdi.telemetry import read
 from fdi.telemetry.dialect import frame_checks
 from fdi.telemetry.formats.tlog.checksum import checksum_is_right

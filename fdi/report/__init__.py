@@ -10,12 +10,14 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``figures.py``: fault grid and isolability matrix; ``evidence.py``: the curves behind a finding
 - ``style.py``: what all figures have in common
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
-- ``log_document.py``, ``model_document.py``: what ``fdi info`` and ``fdi structure`` give as JSON
+- ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,
+  ``fdi info`` and ``fdi structure`` give as JSON
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``words.py``: times, numbers and foreign text as a person reads them
 """
 
+from fdi.report.analysis_document import analysis_document
 from fdi.report.convert import convert
 from fdi.report.files import FORMATS
 from fdi.report.folder import check_folder, write_file, write_report
@@ -28,6 +30,7 @@ from fdi.report.text import print_summary, summary
 
 __all__ = [
     "FORMATS",
+    "analysis_document",
     "check_folder",
     "convert",
     "json_text",

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fdi.errors import UsageError
+from fdi.report.analysis_document import analysis_document
 from fdi.report.figures import fault_grid_figure, isolability_figure
 from fdi.report.html import html_report
 from fdi.report.json_text import json_text
@@ -58,7 +59,7 @@ def names_of(formats: Sequence[str]) -> tuple[str, ...]:
 def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     """Yield the name and bytes of every file."""
     if "json" in formats:
-        yield "analysis.json", json_text(analysis.document()).encode()
+        yield "analysis.json", json_text(analysis_document(analysis)).encode()
     if "txt" in formats:
         yield "summary.txt", summary(analysis).encode()
     if "csv" in formats:

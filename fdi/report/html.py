@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from fdi.diagnosis import Finding
+from fdi.report.analysis_document import analysis_document
 from fdi.report.evidence import evidence_figure
 from fdi.report.style import Picture
 from fdi.report.text import onset
@@ -71,7 +72,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
     page = environment.get_template("report.html.j2")
     events, events_left = _events(analysis)
     return page.render(
-        document=analysis.document(),
+        document=analysis_document(analysis),
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),
         accuracies=accuracies(reported_accuracies(analysis.system, analysis.signals)),

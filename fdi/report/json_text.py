@@ -2,17 +2,26 @@
 
 In: plain values. Out: text that a person can read and ``diff`` compares well: one line a key, lists
 of plain values on one line, lists of objects one entry a line. ASCII only, so that it passes every
-terminal and file system; a number that is not finite is a defect and raises.
+terminal and file system. A number that is not known is null; one that is not finite is a defect and
+raises.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from typing import Any, Final
 
 FLAT_DEPTH: Final = 3
 """Objects nested deeper stay on one line."""
+
+
+def number(value: float | None) -> float | None:
+    """Return a finite number rounded to nine significant digits, or None."""
+    if value is None or not math.isfinite(value):
+        return None
+    return float(f"{value:.9g}")
 
 
 def json_text(document: Mapping[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from fdi import __version__
-from fdi.result import log_facts, number, quality_rows
+from fdi.report.json_text import number
 from fdi.telemetry import Clock, Log, Message
 
 SCHEMA_VERSION: Final = 1
@@ -63,6 +63,70 @@ def log_document(log: Log) -> dict[str, Any]:
         ],
         "quality": quality_rows(log),
     }
+
+
+def log_facts(log: Log) -> dict[str, Any]:
+    """Return what is said about a log itself: its name, vehicle, clock and flights."""
+    return {
+        "name": log.name,
+        "sha256": log.sha256,
+        "format": log.format,
+        "bytes": log.bytes,
+        "duration_s": number(log.duration),
+        "vehicle": log.vehicle,
+        "autopilot": log.autopilot,
+        "firmware": log.firmware,
+        "files": list(log.files),
+        "recordings": [
+            {
+                "name": one.name,
+                "format": one.format,
+                "bytes": one.bytes,
+                "sha256": one.sha256,
+                "offset_s": number(one.offset),
+                "uncertainty_s": number(one.uncertainty),
+                "placed_by": one.placed_by,
+                "messages": list(one.messages),
+                "added": {key: list(fields) for key, fields in one.added.items()},
+            }
+            for one in log.recordings
+        ],
+        "system_id": log.system_id,
+        "start_utc": log.clock.utc(0.0),
+        "boot_offset_s": number(log.clock.boot(0.0)),
+        "flights": [
+            {
+                "start_s": number(flight.start),
+                "end_s": number(flight.end),
+                "takeoff_s": number(flight.takeoff),
+                "landing_s": number(flight.landing),
+                "impact_s": number(flight.impact),
+            }
+            for flight in log.flights
+        ],
+    }
+
+
+def quality_rows(log: Log) -> list[dict[str, Any]]:
+    """Return what was lost or repaired in a log, a row each."""
+    return [
+        {
+            "kind": record.kind,
+            "channel": None if record.channel is None else str(record.channel),
+            "start_s": number(record.start),
+            "end_s": number(record.end),
+            "count": record.count,
+            "text": record.text,
+        }
+        for record in log.quality
+    ]
+
+
+def moment(t: float | None, log: Log) -> dict[str, Any] | None:
+    """Return a time of the log's clock with what it is since boot and in UTC."""
+    if t is None:
+        return None
+    return {"log_s": number(t), "boot_s": number(log.clock.boot(t)), "utc": log.clock.utc(t)}
 
 
 def rate(message: Message) -> float | None:

@@ -19,7 +19,6 @@ from fdi.model.placement import Placement
 from fdi.residuals import Bank
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.sets import MAX_CANDIDATES
-from fdi.result import isolability_rows, model_files
 
 SCHEMA_VERSION: Final = 1
 MSO_LIMIT: Final = 2000
@@ -155,6 +154,28 @@ def model_document(found: ModelStudy) -> dict[str, Any]:
         },
         **({} if found.placement is None else {"placement": _placement(found.placement)}),
         "warnings": list(found.warnings),
+    }
+
+
+def model_files(airframe: Airframe) -> list[dict[str, Any]]:
+    """Return the files that a model was read from."""
+    return [
+        {"name": file.name, "sha256": file.sha256, "shipped": file.shipped}
+        for file in airframe.files
+    ]
+
+
+def isolability_rows(value: Isolability) -> dict[str, Any]:
+    """Return what can be seen and told apart, as strings of 0 and 1 per fault."""
+    names = list(value.faults)
+    return {
+        "detectable": [n for n, seen in zip(names, value.detectable, strict=True) if seen],
+        "undetectable": [n for n, seen in zip(names, value.detectable, strict=True) if not seen],
+        "isolability": {
+            "faults": names,
+            "rows": ["".join("1" if cell else "0" for cell in row) for row in value.matrix],
+        },
+        "not_isolable_groups": [list(group) for group in value.groups],
     }
 
 

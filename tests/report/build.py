@@ -27,7 +27,6 @@ from fdi.diagnosis import (
     diagnose,
 )
 from fdi.model import load_airframe
-from fdi.report import write_report
 from fdi.residuals import build_bank
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
@@ -158,7 +157,6 @@ def small_analysis(folder: Path, log: Log | None = None, **changes: Any) -> Anal
         timings={"read": 0.1},
         command=("fdi", "analyze", "flight.tlog"),
         version="0.1.0",
-        writer=write_report,
     )
 
 

@@ -275,7 +275,7 @@ def test_a_pair_says_what_came_from_where() -> None:
 
 
 def analyze_document(log: Log) -> dict[str, object]:
-    from fdi.result import log_facts
+    from fdi.report.log_document import log_facts
 
     return log_facts(log)
 

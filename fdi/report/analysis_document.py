@@ -1,0 +1,306 @@
+"""What does ``analysis.json`` say?
+
+In: an analysis. Out: plain values: keys in a fixed order, the same bytes for the same input,
+timings and command line aside. The JSON Schema is ``analysis.schema.json`` beside this file.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Final
+
+import numpy as np
+
+from fdi.diagnosis import Ending, Finding, Size, runs
+from fdi.model import System
+from fdi.report.json_text import number
+from fdi.report.log_document import log_facts, moment, quality_rows
+from fdi.report.model_document import isolability_rows, model_files
+from fdi.residuals.accuracy import Told, reported_accuracies
+from fdi.residuals.latency import Lag
+from fdi.result import Analysis
+from fdi.telemetry import Log
+
+SCHEMA_VERSION: Final = 1
+# Reading (pymavlink's dialect, numba's walks), models, equations, the Earth's field, the tables.
+LIBRARIES: Final = (
+    "numba",
+    "numpy",
+    "pandas",
+    "pint",
+    "pydantic",
+    "pygeomag",
+    "pymavlink",
+    "ruamel.yaml",
+    "scipy",
+    "sympy",
+)
+
+
+def analysis_document(analysis: Analysis) -> dict[str, Any]:
+    """Return an analysis as plain values; numbers are finite or null."""
+    diagnosis = analysis.diagnosis
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "tool": {
+            "name": "uav-fdi",
+            "version": analysis.version,
+            "command": list(analysis.command),
+            "libraries": libraries(),
+        },
+        "log": log_facts(analysis.log),
+        "model": _model(analysis),
+        "policy": {
+            "name": analysis.policy.name,
+            "sha256": analysis.policy.sha256,
+            "budget_per_hour": number(analysis.policy.budget_per_hour),
+            "threshold_scale": number(analysis.alarms.scale),
+        },
+        "quality": quality_rows(analysis.log),
+        "copies": _copies(analysis.system),
+        "latencies": [_latency(lag) for lag in analysis.lags],
+        "accuracies": [
+            _accuracy(one) for one in reported_accuracies(analysis.system, analysis.signals)
+        ],
+        "structure": _structure(analysis),
+        "verdict": diagnosis.verdict,
+        "outlook": diagnosis.outlook,
+        "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
+        "consequences": [
+            {
+                "component": item.component,
+                "faults": list(item.faults),
+                "onset": moment(item.onset, analysis.log),
+                "because_of": item.because_of,
+                "text": item.text,
+            }
+            for item in diagnosis.consequences
+        ],
+        "ruled_out": [
+            {
+                "component": item.component,
+                "text": item.text,
+                "residuals": list(item.residuals),
+                "would_show": [
+                    {"fault": one.fault, "size": number(one.size), "unit": one.unit}
+                    for one in item.would_show
+                ],
+            }
+            for item in diagnosis.ruled_out
+        ],
+        "open": [{"component": item.component, "text": item.text} for item in diagnosis.open],
+        "ends": [_ending(item) for item in diagnosis.endings],
+        "not_testable": [
+            {"component": item.component, "text": item.text} for item in diagnosis.not_testable
+        ],
+        "fault_grid": _grid(analysis),
+        "residuals": _residuals(analysis),
+        "methods": {},
+        "warnings": list(analysis.warnings),
+        "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _ending(item: Ending) -> dict[str, Any]:
+    end = item.end
+    return {
+        "flight": end.flight,
+        "how": end.how,
+        "at_s": number(end.at),
+        "speed": number(end.speed),
+        "lost_control_s": number(end.lost_control),
+        "first": [
+            {"at_s": number(one.at), "kind": one.kind, "text": one.text} for one in item.first
+        ],
+    }
+
+
+def libraries() -> dict[str, str]:
+    """Return the versions of the libraries on which the figures of an analysis depend.
+
+    They are read from what was installed, without importing anything; one that is not there (an
+    optional one) is left out.
+    """
+    found: dict[str, str] = {}
+    for name in LIBRARIES:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
+
+
+def _model(analysis: Analysis) -> dict[str, Any]:
+    return {
+        "name": analysis.airframe.name,
+        "sha256": analysis.airframe.sha256,
+        "files": model_files(analysis.airframe),
+        "parameters": {
+            name: {
+                "value": number(value.value),
+                "unit": value.unit,
+                "source": value.source,
+                "std": number(value.std),
+            }
+            for name, value in analysis.system.parameters.items()
+        },
+    }
+
+
+def _copies(system: System) -> list[dict[str, Any]]:
+    """Return the channels that repeat another one, a row each."""
+    return [
+        {
+            "channel": str(copy.channel),
+            "of": str(copy.of),
+            "scale": number(copy.scale),
+            "offset": number(copy.offset),
+            "share": number(copy.share),
+            "records": copy.records,
+            "without": [name for name, by in system.implied.items() if by == copy],
+        }
+        for copy in system.copies
+    ]
+
+
+def _latency(lag: Lag) -> dict[str, Any]:
+    known = math.isfinite(lag.value)
+    return {
+        "message": lag.source,
+        "component": lag.component,
+        "against": list(lag.against),
+        "stated_s": number(lag.stated),
+        "estimated_s": number(lag.stated + lag.value) if known else None,
+        "sigma_s": number(lag.sigma),
+        "pieces": number(lag.blocks),
+        "used": lag.used,
+        "why": lag.why,
+    }
+
+
+def _accuracy(one: Told) -> dict[str, Any]:
+    return {
+        "channel": str(one.channel),
+        "unit": one.unit,
+        "stated": number(one.stated),
+        "reported": number(one.reported),
+        "used": number(one.used),
+        "worst": number(one.worst),
+        "bounded": number(one.bounded),
+    }
+
+
+def _structure(analysis: Analysis) -> dict[str, Any]:
+    diagnosis = analysis.diagnosis
+    return {
+        "equations": len(analysis.system.equations),
+        "unknowns": len(analysis.system.unknowns),
+        "faults": len(analysis.system.faults),
+        "redundancy": diagnosis.decomposition.redundancy,
+        "graph_components": diagnosis.graph_components,
+        "residual_generators": len(analysis.bank.generators),
+        **isolability_rows(diagnosis.implementable),
+        "structural": isolability_rows(diagnosis.structural),
+    }
+
+
+def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
+    return {
+        "rank": finding.rank,
+        "flight": finding.flight,
+        "component": finding.component,
+        "faults": list(finding.faults),
+        "kind": finding.kind,
+        "onset": moment(finding.onset, analysis.log),
+        "alarm": moment(finding.alarm, analysis.log),
+        "end": moment(finding.end, analysis.log),
+        "confidence": number(finding.confidence),
+        "inseparable_from": list(finding.inseparable_from),
+        "evidence": {
+            "text": finding.evidence.text,
+            "residuals": list(finding.evidence.residuals),
+            "channels": list(finding.evidence.channels),
+        },
+        "grounds": {
+            "share": number(finding.grounds.share),
+            "strength": number(finding.grounds.strength),
+            "exclusive": finding.grounds.exclusive,
+            "part": finding.grounds.part,
+        },
+        "size": None if finding.size is None else _size(finding.size, analysis.log),
+    }
+
+
+def _size(size: Size, log: Log) -> dict[str, Any]:
+    return {
+        "channel": size.channels[0],
+        "also": list(size.channels[1:]),
+        "against": list(size.against),
+        "shape": size.shape,
+        "value": number(size.value),
+        "sigma": number(size.sigma),
+        "unit": size.unit if size.shape == "bias" else f"{size.unit}/s",
+        "since": moment(size.since, log),
+        "shown": None
+        if size.shown is None
+        else {
+            "value": number(size.shown),
+            "unit": size.shown_unit if size.shape == "bias" else f"{size.shown_unit}/s",
+        },
+    }
+
+
+def _rounded(intervals: list[list[float]]) -> list[list[float | None]]:
+    return [[number(edge) for edge in interval] for interval in intervals]
+
+
+def _grid(analysis: Analysis) -> dict[str, Any]:
+    grid = analysis.diagnosis.grid
+    return {
+        "t": [number(t) for t in grid.t],
+        "rows": [
+            {
+                "fault": fault,
+                "component": grid.components[row],
+                "group": grid.groups[row],
+                "intervals": _rounded(grid.intervals(row, 1)),
+                "unknown": _rounded(grid.intervals(row, -1)),
+            }
+            for row, fault in enumerate(grid.faults)
+        ],
+    }
+
+
+def _residuals(analysis: Analysis) -> list[dict[str, Any]]:
+    names = [equation.name for equation in analysis.system.equations]
+    signatures = analysis.bank.signature_names()
+    rows: list[dict[str, Any]] = []
+    for row, generator in enumerate(analysis.bank.generators):
+        threshold = analysis.alarms.threshold[row]
+        known = threshold[np.isfinite(threshold)]
+        rows.append(
+            {
+                "id": generator.id,
+                "equations": [names[i] for i in generator.equations],
+                "signature": list(signatures[row]),
+                "threshold": number(float(np.median(known))) if len(known) else None,
+                "triggered": _rounded(runs(analysis.signals.t, analysis.alarms.state[row] == 1)),
+                "status": "ok",
+                "why": "",
+                "reason": None,
+            }
+        )
+    for place, refused in enumerate(analysis.bank.not_implementable, 1):
+        rows.append(
+            {
+                "id": f"n{place}",
+                "equations": [names[i] for i in refused.equations],
+                "signature": list(refused.faults),
+                "threshold": None,
+                "triggered": [],
+                "status": "not implementable",
+                "why": refused.why,
+                "reason": refused.reason.value,
+            }
+        )
+    return rows
