@@ -1,6 +1,8 @@
 """What a log means, in words that do not depend on who wrote it.
 
 messages.py  what another format says, in MAVLink's words
+values.py    what a source says at the records of another message
+silence.py   what MAVLink sends of a sensor that says nothing
 sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
 """
