@@ -96,6 +96,12 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     "--format", "formats", metavar="html,json,...", help="Only these files of the report."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
+@click.option(
+    "--explain",
+    metavar="TEST",
+    help="Print what a test did and why it was judged or not; TEST is an id, a statement, a "
+    "component, or all. Writes no files without --out.",
+)
 @click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
 @click.option(
     "--force",
@@ -116,6 +122,7 @@ def analyze(
     out: Path | None,
     formats: str | None,
     as_json: bool,
+    explain: str | None,
     check: bool,
     force: bool,
     quiet: bool,
@@ -130,12 +137,18 @@ def analyze(
     """
     if quiet and verbose:
         raise UsageError("--quiet and --verbose exclude each other")
-    if as_json and formats is not None and out is None:
-        raise UsageError("--json writes no files for --format", hint="name a folder with --out")
+    if as_json and explain is not None:
+        raise UsageError("--json and --explain exclude each other")
+    if (as_json or explain is not None) and formats is not None and out is None:
+        raise UsageError(
+            f"--{'json' if as_json else 'explain'} writes no files for --format",
+            hint="name a folder with --out",
+        )
     from fdi.report.files import chosen, names_of
 
     wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
-    folder = out if out is not None or as_json else Path(f"{Path(logs[0]).stem}.fdi")
+    prints = as_json or explain is not None
+    folder = out if out is not None or prints else Path(f"{Path(logs[0]).stem}.fdi")
     if folder is not None:
         from fdi.report import check_folder
 
@@ -158,7 +171,12 @@ def analyze(
             if progress:
                 progress("report", 0.95)
             found.report(folder, wanted, force=force)
-    _tell(found, folder, as_json=as_json, quiet=quiet, verbose=verbose)
+    if explain is not None:
+        from fdi.report.explained import explained
+
+        answer(explained(found, explain))
+    else:
+        _tell(found, folder, as_json=as_json, quiet=quiet, verbose=verbose)
     return 1 if check and found.findings else 0
 
 

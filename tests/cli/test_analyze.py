@@ -113,3 +113,30 @@ def test_a_wrong_command_line_is_2_in_one_line(run: Run, words: list[object], sa
     assert ended.err.count("\n") == 1
     assert ended.err.startswith("fdi: ")
     assert says in ended.err
+
+
+def test_explain_tells_what_a_test_did_and_writes_nothing(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--explain", "works_hardest")
+    assert ended.code == 0
+    assert "| works_hardest | motor_1 |" in ended.out
+    assert "holds: motor_1" in ended.out
+    assert "effort = u_1" in ended.out
+    assert "alarm from " in ended.out
+    assert not list(Path().iterdir())
+    every = run("analyze", LOG, "--model", model, "--explain", "all")
+    component = run("analyze", LOG, "--model", model, "--explain", "motor_1")
+    assert set(ended.out.splitlines()[:3]) <= set(every.out.splitlines())
+    assert set(ended.out.splitlines()) <= set(component.out.splitlines())
+
+
+def test_explaining_a_test_that_there_is_none_of_names_some(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--explain", "nothing_like_it")
+    assert (ended.code, ended.out) == (2, "")
+    assert "there is no test 'nothing_like_it'" in ended.err
+    assert "give an id such as r1" in ended.err
+
+
+def test_explain_and_json_exclude_each_other(run: Run, model: Path) -> None:
+    ended = run("analyze", LOG, "--model", model, "--explain", "all", "--json")
+    assert ended.code == 2
+    assert "exclude each other" in ended.err

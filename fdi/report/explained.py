@@ -1,0 +1,123 @@
+"""What did a test do, and why was it judged or not? The text of ``fdi analyze --explain TEST``.
+
+In: an analysis and a test: the id of a residual generator, the name of the statement that it leaves
+over, a component, or ``all``. Out: a table of the tests meant, and for up to `MOST_TOLD` of them
+everything that the decision went by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from fdi.decision.alarms import UNKNOWN
+from fdi.decision.concerns import Concerns, concerns
+from fdi.diagnosis.values import runs
+from fdi.errors import UsageError
+from fdi.report.words import clean
+from fdi.telemetry.airtime import when_in_air
+from fdi.units import customary
+
+if TYPE_CHECKING:
+    from fdi.result import Analysis
+
+MOST_TOLD: Final = 5
+MOST_ALARMS: Final = 10
+
+
+def explained(analysis: Analysis, test: str) -> str:
+    """Return what a test did, as text.
+
+    Raises
+    ------
+    UsageError
+        There is no such test in this analysis.
+    """
+    whom = concerns(analysis.bank)
+    rows = _meant(analysis, whom, test)
+    lines = ["| test | statement | concerns | judged | largest, of its threshold | alarms |"]
+    lines.append("| --- | --- | --- | --- | --- | --- |")
+    lines += [f"| {' | '.join(_cells(row, analysis, whom))} |" for row in rows]
+    told = rows if len(rows) <= MOST_TOLD else ()
+    for row in told:
+        lines += ["", *_details(row, analysis, whom)]
+    return "\n".join(lines) + "\n"
+
+
+def _meant(analysis: Analysis, whom: Concerns, test: str) -> list[int]:
+    names = analysis.bank.system.equations
+    found = [
+        row
+        for row, generator in enumerate(analysis.bank.generators)
+        if test in ("all", generator.id, names[generator.residual].name) or test in whom.of(row)
+    ]
+    if not found:
+        ids = ", ".join(generator.id for generator in analysis.bank.generators[:3])
+        raise UsageError(
+            f"there is no test {test!r} in this analysis",
+            hint=f"give an id such as {ids}, a statement, a component, or all",
+        )
+    return found
+
+
+def _judged(row: int, analysis: Analysis) -> str:
+    """Return whether a test was judged, or why not."""
+    alarms = analysis.alarms
+    air = when_in_air(alarms.residuals.signals)
+    if alarms.unfit[row]:
+        return "no: violated from the beginning of the flight on, or its constant is not known"
+    if not np.isfinite(alarms.residuals.values[row]).any():
+        return "no: never known with this telemetry, or its condition never held"
+    known = (alarms.state[row, air] != UNKNOWN).mean() if air.any() else 0.0
+    if not known:
+        return "no: not known in the air"
+    return f"{known:.0%} of the time in the air"
+
+
+def _cells(row: int, analysis: Analysis, whom: Concerns) -> list[str]:
+    generator, alarms = analysis.bank.generators[row], analysis.alarms
+    strength = alarms.strength[row]
+    top = float(strength[np.isfinite(strength)].max(initial=0.0))
+    raised = len(runs(alarms.residuals.t, alarms.alarm[row]))
+    return [
+        generator.id,
+        clean(analysis.bank.system.equations[generator.residual].name),
+        clean(", ".join(sorted(whom.of(row))) or "nobody"),
+        _judged(row, analysis),
+        f"{top:.2f}",
+        str(raised),
+    ]
+
+
+def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
+    bank, alarms = analysis.bank, analysis.alarms
+    generator, residuals = bank.generators[row], alarms.residuals
+    equations = bank.system.equations
+    unit, scale, _ = customary(equations[generator.residual].unit)
+    unit = "" if unit == "1" else f" {unit}"
+    yield f"{generator.id}: {clean(bank.describe(generator))}"
+    for number in generator.equations:
+        yield f"  {clean(equations[number].name)}: {clean(equations[number].text or 'a channel')}"
+    yield f"  reads: {clean(', '.join(map(str, bank.channels(generator))))}"
+    holds = {whom.component[fault] for fault in whom.faults[row] if fault not in whom.suspected}
+    yield f"  holds: {clean(', '.join(sorted(holds)) or 'nobody')}"
+    yield f"  suspects: {clean(', '.join(sorted(whom.of(row) - holds)) or 'nobody')}"
+    yield f"  judged: {_judged(row, analysis)}"
+    yield f"  constant taken off: {alarms.centre[row] * scale:.4g}{unit}"
+    yield f"  tolerance of the statement: {residuals.tolerance[row] * scale:.4g}{unit}"
+    for what, values in (
+        ("stated standard deviation", residuals.spread[row]),
+        ("threshold of a sample", alarms.threshold[row]),
+        ("threshold of a long mean", alarms.mean_threshold[row]),
+    ):
+        known = values[np.isfinite(values)]
+        if len(known):
+            low, middle, high = np.quantile(known, (0.05, 0.5, 0.95)) * scale
+            yield f"  {what}: {middle:.4g}{unit} (5 to 95 %: {low:.4g} to {high:.4g})"
+    yield f"  scale of the thresholds, for the false-alarm budget: {alarms.scale:.3g}"
+    for start, end in runs(residuals.t, alarms.alarm[row])[:MOST_ALARMS]:
+        inside = (residuals.t >= start) & (residuals.t < end)
+        top = float(np.nanmax(alarms.strength[row, inside]))
+        yield f"  alarm from {start:.1f} to {end:.1f} s, up to {top:.2f} of its threshold"
