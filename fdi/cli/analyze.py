@@ -139,7 +139,8 @@ def analyze(
         raise UsageError("--quiet and --verbose exclude each other")
     if as_json and explain is not None:
         raise UsageError("--json and --explain exclude each other")
-    if (as_json or explain is not None) and formats is not None and out is None:
+    prints = as_json or explain is not None
+    if prints and formats is not None and out is None:
         raise UsageError(
             f"--{'json' if as_json else 'explain'} writes no files for --format",
             hint="name a folder with --out",
@@ -147,7 +148,6 @@ def analyze(
     from fdi.report.files import chosen, names_of
 
     wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
-    prints = as_json or explain is not None
     folder = out if out is not None or prints else Path(f"{Path(logs[0]).stem}.fdi")
     if folder is not None:
         from fdi.report import check_folder
@@ -171,17 +171,18 @@ def analyze(
             if progress:
                 progress("report", 0.95)
             found.report(folder, wanted, force=force)
-    if explain is not None:
-        from fdi.report.explained import explained
-
-        answer(explained(found, explain))
-    else:
-        _tell(found, folder, as_json=as_json, quiet=quiet, verbose=verbose)
+    _tell(found, folder, as_json=as_json, explain=explain, quiet=quiet, verbose=verbose)
     return 1 if check and found.findings else 0
 
 
 def _tell(
-    found: Analysis, folder: Path | None, *, as_json: bool, quiet: bool, verbose: bool
+    found: Analysis,
+    folder: Path | None,
+    *,
+    as_json: bool,
+    explain: str | None,
+    quiet: bool,
+    verbose: bool,
 ) -> None:
     for line in found.warnings if not quiet else ():
         complain(f"fdi: warning: {line}")
@@ -192,6 +193,10 @@ def _tell(
         from fdi.report import json_text
 
         answer(json_text(found.document()))
+    elif explain is not None:
+        from fdi.report.explained import explained
+
+        answer(explained(found, explain))
     elif quiet:
         from fdi.report.words import clean
 

@@ -40,18 +40,23 @@ def explained(analysis: Analysis, test: str) -> str:
     lines = ["| test | statement | concerns | judged | largest, of its threshold | alarms |"]
     lines.append("| --- | --- | --- | --- | --- | --- |")
     lines += [f"| {' | '.join(_cells(row, analysis, whom))} |" for row in rows]
-    told = rows if len(rows) <= MOST_TOLD else ()
-    for row in told:
-        lines += ["", *_details(row, analysis, whom)]
+    if len(rows) > MOST_TOLD:
+        lines += [
+            "",
+            "Of one of these, by its id, more is told: its equations, thresholds and alarms.",
+        ]
+    else:
+        for row in rows:
+            lines += ["", *_details(row, analysis, whom)]
     return "\n".join(lines) + "\n"
 
 
 def _meant(analysis: Analysis, whom: Concerns, test: str) -> list[int]:
-    names = analysis.bank.system.equations
+    equations = analysis.bank.system.equations
     found = [
         row
         for row, generator in enumerate(analysis.bank.generators)
-        if test in ("all", generator.id, names[generator.residual].name) or test in whom.of(row)
+        if test in ("all", generator.id, equations[generator.residual].name) or test in whom.of(row)
     ]
     if not found:
         ids = ", ".join(generator.id for generator in analysis.bank.generators[:3])
@@ -117,7 +122,10 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
             low, middle, high = np.quantile(known, (0.05, 0.5, 0.95)) * scale
             yield f"  {what}: {middle:.4g}{unit} (5 to 95 %: {low:.4g} to {high:.4g})"
     yield f"  scale of the thresholds, for the false-alarm budget: {alarms.scale:.3g}"
-    for start, end in runs(residuals.t, alarms.alarm[row])[:MOST_ALARMS]:
+    raised = runs(residuals.t, alarms.alarm[row])
+    for start, end in raised[:MOST_ALARMS]:
         inside = (residuals.t >= start) & (residuals.t < end)
         top = float(np.nanmax(alarms.strength[row, inside]))
         yield f"  alarm from {start:.1f} to {end:.1f} s, up to {top:.2f} of its threshold"
+    if len(raised) > MOST_ALARMS:
+        yield f"  and {len(raised) - MOST_ALARMS} more alarms, to {raised[-1][1]:.1f} s"

@@ -129,6 +129,13 @@ def test_explain_tells_what_a_test_did_and_writes_nothing(run: Run, model: Path)
     assert set(ended.out.splitlines()) <= set(component.out.splitlines())
 
 
+def test_explain_of_many_tests_says_how_to_learn_more_and_keeps_warnings(run: Run) -> None:
+    ended = run("analyze", LOG, "--explain", "all")
+    assert ended.out.endswith("more is told: its equations, thresholds and alarms.\n")
+    assert "fdi: warning: " in ended.err
+    assert "fdi: warning: " not in run("analyze", LOG, "--explain", "all", "--quiet").err
+
+
 def test_explaining_a_test_that_there_is_none_of_names_some(run: Run, model: Path) -> None:
     ended = run("analyze", LOG, "--model", model, "--explain", "nothing_like_it")
     assert (ended.code, ended.out) == (2, "")
