@@ -5,6 +5,7 @@
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
 # make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
 # make soak      200,000 mutated logs through all readers, 10,000 through the analysis (hours); COUNT=2000 tries fewer
+# make fit       the weights of the diagnosis, anew from all labelled flights in ../shared (minutes)
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
 
@@ -17,7 +18,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test test-lowest test-newest lint conformance metamorphic soak bench figures clean
+.PHONY: analyze test test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -67,6 +68,9 @@ COUNT ?= 200000
 soak: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $(COUNT)
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 20 )) --analyze
+
+fit: $(VENV)/.installed-test
+	$(BIN)/python benchmarks/fit.py --write
 
 bench figures: $(VENV)/.installed-test
 	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fdi
-from fdi.diagnosis.episodes import find_runs
+from fdi.diagnosis.alarm_runs import find_runs
 from fdi.model import Airframe, System
 from fdi.model.dimensions import dimension, dimension_of
 from fdi.model.evaluate import wrap

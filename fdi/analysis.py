@@ -75,7 +75,7 @@ def analyze(
     rate : float, optional
         Samples per second; by default from the channels' own rates.
     budget : float, optional
-        False accusations by noise that an hour in the air may hold; by default the policy's.
+        False alarms by noise that an hour in the air may hold; by default the policy's.
     system : int, optional
         Which vehicle of the log, by its MAVLink system id.
     command : sequence of str

@@ -55,6 +55,11 @@ def analyze_log(job: Job) -> Row:
     Every row has the same keys. ``error`` is None, or one line; ``error_kind`` is then the name of
     the exception.
     """
+    return row_of_log(job, told)
+
+
+def row_of_log(job: Job, tell: Callable[[Analysis], Row]) -> Row:
+    """Return one row about one log as `analyze_log` does, with what ``tell`` says of it."""
     start = time.perf_counter()
     row = _empty(job)
     try:
@@ -62,7 +67,7 @@ def analyze_log(job: Job) -> Row:
 
         with _local(job.path) as path:
             found = analyze(path, model=job.model, policy=job.policy)
-        row.update(_told(found))
+        row.update(tell(found))
     except FdiError as error:
         row.update(error=str(error), error_kind=type(error).__name__)
     except Exception as error:  # noqa: BLE001 - a bad log is a row, never a stop
@@ -117,7 +122,8 @@ def _empty(job: Job) -> Row:
     }
 
 
-def _told(found: Analysis) -> Row:
+def told(found: Analysis) -> Row:
+    """Return what an analysis says about its log."""
     log, tree = found.log, found.document()
     spans = [flight.airborne for flight in log.flights]
     return {
@@ -181,7 +187,10 @@ def _finding(item: Row) -> Row:
         "alarm_s": item["alarm"]["log_s"],
         "end_s": None if over is None else over["log_s"],
         "confidence": item["confidence"],
-        "grounds": item["grounds"],
+        "because": [
+            {"feature": one["feature"], "weight": one["weight"]} for one in item["because"]
+        ],
+        "rivals": item["rivals"],
         "text": item["evidence"]["text"],
     }
 

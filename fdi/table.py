@@ -36,7 +36,8 @@ _FINDING: Final = {
     "alarm_s": "double",
     "end_s": "double",
     "confidence": "double",
-    "grounds": {"share": "double", "strength": "double", "exclusive": "bool", "part": "bool"},
+    "because": [{"feature": "string", "weight": "double"}],
+    "rivals": [{"component": "string", "probability": "double"}],
     "text": "string",
 }
 COLUMNS: Final[dict[str, Any]] = {

@@ -142,3 +142,14 @@ def customary(unit: str) -> Conversion:
     Conversion(unit='hPa', scale=0.01, offset=0.0)
     """
     return _CUSTOMARY.get(unit, Conversion(unit))
+
+
+def hundredths(share: float) -> str:
+    """Return a probability in per cent, never 100 for what is not certain.
+
+    Examples
+    --------
+    >>> hundredths(0.534), hundredths(0.9964), hundredths(1.0)
+    ('53', '99', '100')
+    """
+    return f"{share * 100 if share == 1.0 else min(share * 100, 99.0):.0f}"

@@ -52,7 +52,7 @@ def read_rate(context: click.Context, option: click.Parameter, value: str) -> fl
 
 
 def read_budget(context: click.Context, option: click.Parameter, value: str | None) -> float | None:
-    """Return false accusations per hour; rarer ones than 0.01 nobody could check."""
+    """Return false alarms per hour; rarer ones than 0.01 nobody could check."""
     if value is None:
         return None
     try:
@@ -61,7 +61,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
         budget = 0.0
     if not 0.01 <= budget <= 100:
         raise click.BadParameter(
-            f"{value!r} is not a number of accusations per hour from 0.01 to 100", context, option
+            f"{value!r} is not a number of alarms per hour from 0.01 to 100", context, option
         )
     return budget
 
@@ -83,7 +83,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     "--budget",
     metavar="PER_HOUR",
     callback=read_budget,
-    help="False accusations by noise that an hour in the air may hold.",
+    help="False alarms by noise that an hour in the air may hold; few of them accuse.",
 )
 @SYSTEM
 @click.option(

@@ -27,6 +27,7 @@ from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
 from fdi.cli.convert import convert
 from fdi.cli.evaluate import evaluate
+from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
 from fdi.cli.output import complain, prepare_streams
@@ -53,7 +54,7 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, convert, structure, evaluate, batch, calibrate, inject):
+for _command in (analyze, info, convert, structure, evaluate, fit, batch, calibrate, inject):
     fdi.add_command(_command)
 
 

@@ -13,7 +13,6 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``resampling.py``: other noise of the same kind as a flight's own
 - ``judging.py``: which residuals are beyond their bounds, and which triggers are alarms
 - ``concerns.py``: whom each residual concerns
-- ``accusing.py``: what is enough to accuse
 - ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
 - ``critical.py``: how small the scale of thresholds would have to be for an alarm
 - ``detectors.py``: the ways to decide that a policy may name

@@ -1,47 +1,33 @@
-"""How high must thresholds be for noise to accuse as seldom as asked for, all tests together?
+"""How high must thresholds be for noise to alarm as seldom as asked for, all tests together?
 
-In: residuals and a policy with a budget, the false accusations by noise per flight hour. Out:
-``Alarms`` of thresholds that keep it. All thresholds of noise have one scale. The flight's own calm
-residuals tell their noise (``fdi.decision.resampling``); hours of it are drawn, and every stretch
-of it has a scale below which a component would be accused: one alarm that concerns it alone, two
-that concern it, or one that is strong enough, if one of them lasts; or three. (How far the full
-search for causes agrees with this rule: benchmarks/budget.py.) The largest of these scales are the
-tail of a distribution, log rate linear in the squared scale as for Gaussian noise; from it comes
-the scale for rates below what the simulated hours show.
+In: residuals and a policy with a budget, the false alarms by noise per flight hour. Out: ``Alarms``
+of thresholds that keep it. All thresholds of noise have one scale. The flight's own calm residuals
+tell their noise (``fdi.decision.resampling``); hours of it are drawn, and every stretch of it has a
+scale below which a test would alarm. The largest of these scales are the tail of a distribution,
+log rate linear in the squared scale as for Gaussian noise; from it comes the scale for rates below
+what the simulated hours show. Whom an alarm accuses, and whether anybody, is the diagnosis' to say.
 
 The random numbers have a fixed seed: the same log gives the same answer.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.accusing import (
-    CLEARLY,
-    EVIDENCE,
-    EVIDENCE_NEARLY,
-    MOST_TESTS,
-    PASSING_S,
-    QUIET_S,
-    WEIGHING_S,
-    sees_changes_only,
-)
 from fdi.decision.alarms import Alarms, Use
 from fdi.decision.bounds import Bounds, learn
-from fdi.decision.concerns import concerns
 from fdi.decision.critical import critical_scales
 from fdi.decision.judging import judge
 from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
 from fdi.model.evaluate import Floats
-from fdi.residuals import Bank, Residuals
-from fdi.telemetry.airtime import time_in_air, when_in_air
+from fdi.residuals import Residuals
+from fdi.telemetry.airtime import when_in_air
 
 SEED: Final = 0
 SAMPLES: Final = 16_384
@@ -58,9 +44,8 @@ TAIL: Final = 80
 """So many of the largest scales are fitted."""
 FLOOR: Final = 0.05
 """A scale below this means no noise at all."""
-OVERSHOOT: Final = 1.2
-"""A peak of noise stands above the level that lasts for an alarm by about so much: between 1, with
-which 2 an hour were measured where 1 was asked for, and no bound at all, with which 0.3 were."""
+STRETCH_S: Final = 10.0
+"""Alarms within so long are one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,8 +61,6 @@ class Noise:
         The residuals that vary.
     known : (r, n) bool
         Where each is judged, in the air.
-    ending : (n,) bool
-        Where the flight ends soon.
     bounds : Bounds
     first : int
         The flight's sample with which all these begin.
@@ -90,7 +73,6 @@ class Noise:
     unit: Floats
     rows: NDArray[np.intp]
     known: NDArray[np.bool_]
-    ending: NDArray[np.bool_]
     bounds: Bounds
     first: int
     rate_hz: float
@@ -111,7 +93,7 @@ def decide_within_budget(recipe: PredictedSpread, residuals: Residuals, use: Use
     if recipe.budget_per_hour is None:
         return alarms
     noise = noise_of(alarms, bounds)
-    found = scale_for(recipe.budget_per_hour, noise, residuals.bank, recipe)
+    found = scale_for(recipe.budget_per_hour, noise, recipe)
     scale = float(np.clip(found, recipe.least_scale, recipe.most_scale))
     return alarms if scale == 1.0 else judge(residuals, bounds, recipe, use, scale)
 
@@ -135,15 +117,11 @@ def noise_of(alarms: Alarms, bounds: Bounds) -> Noise:
     model = fit_noise(np.where(calm, off / unit, 0.0), calm, signals.rate_hz)
     rows = np.flatnonzero(model.deviation > 0)
     hours = float(air[columns].sum()) / signals.rate_hz / 3600.0
-    ending = np.zeros(len(signals.t), bool)
-    for _, end in time_in_air(signals):
-        ending |= air & (signals.t >= min(end, signals.t[-1]) - QUIET_S)
     return Noise(
         model,
         unit,
         rows,
         known,
-        ending[columns],
         bounds,
         columns.start or 0,
         signals.rate_hz,
@@ -157,81 +135,36 @@ def _around(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     return np.asarray(total[:, 2 * reach + 1 :] > total[:, : -2 * reach - 1])
 
 
-def scale_for(budget: float, noise: Noise, bank: Bank, recipe: PredictedSpread) -> float:
-    """Return the scale at which noise accuses ``budget`` times per hour in the air.
+def scale_for(budget: float, noise: Noise, recipe: PredictedSpread) -> float:
+    """Return the scale at which noise alarms ``budget`` times per hour in the air.
 
     Parameters
     ----------
     budget : float
         Per hour.
     noise : Noise
-    bank : Bank
     recipe : PredictedSpread
     """
     if not len(noise.rows) or not noise.hours:
         return FLOOR
     rng = np.random.default_rng(SEED)
     flights = max(1, SAMPLES // noise.model.samples)
-    rules = accusing_rules(bank, noise.rows)
     drawn, found, hours = noise, [], 0.0
     for _ in range(ROUNDS):
-        scales = simulated(drawn, drawn.model.of(drawn.rows).draw(flights, rng), recipe, rules)
-        found.append(peaks(accusing(scales, rules)))
+        scales = simulated(drawn, drawn.model.of(drawn.rows).draw(flights, rng), recipe)
+        found.append(peaks(np.max(list(scales.values()), axis=0)))
         hours += flights * noise.hours
         if drawn is noise:
             sought = IN_PLAY * scale_of_rate(budget, found[0], hours)
-            heard = [
-                row for row, (own, _, _) in scales.items() if own.max(initial=-np.inf) > sought
-            ]
+            heard = [row for row, own in scales.items() if own.max(initial=-np.inf) > sought]
             if not heard:
                 break
             drawn = replace(noise, rows=np.array(heard, np.intp))
     return max(FLOOR, scale_of_rate(budget, np.concatenate(found), hours))
 
 
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """What accuses: by component the residuals that hold its faults, and how strong one must be.
-
-    ``suspecting``: those that only suspect it. ``alone``: so many thresholds; 1 where any alarm of
-    the residual will do. ``brief``: those of which a passing alarm accuses as well.
-    """
-
-    rows: Mapping[str, tuple[int, ...]]
-    suspecting: Mapping[str, tuple[int, ...]]
-    alone: Mapping[int, float]
-    brief: frozenset[int]
-
-
-def accusing_rules(bank: Bank, rows: NDArray[np.intp]) -> Rules:
-    """Return what accuses whom among some residuals of a bank.
-
-    What is computed is accused on several alarms and after all others: noise does not do it.
-    """
-    whom = concerns(bank)
-    holding: dict[str, tuple[int, ...]] = {}
-    suspecting: dict[str, tuple[int, ...]] = {}
-    alone = {}
-    for row in rows:
-        held = {whom.component[f] for f in whom.faults[row] if f not in whom.suspected}
-        for name in sorted(whom.of(row)):
-            if not whom.components[name].computed:
-                found = holding if name in held else suspecting
-                found[name] = (*found.get(name, ()), int(row))
-        parts = [name for name in whom.of(row) if not whom.components[name].computed]
-        enough = EVIDENCE_NEARLY if len(parts) == 1 else EVIDENCE
-        # the weight of an alarm is 1 + ln(its strength)
-        alone[int(row)] = 1.0 if len(whom.of(row)) == 1 else float(np.exp(enough - 1.0))
-    brief = frozenset(row for row in alone if sees_changes_only(row, bank))
-    return Rules(holding, suspecting, alone, brief)
-
-
-Scales = Mapping[int, tuple[Floats, Floats, Floats]]
-"""By residual the scales below which it alarms, for long, and so that one alarm accuses."""
-
-
-def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread, rules: Rules) -> Scales:
-    """Return the scales for stretches of 10 s, (flights, stretches).
+def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread) -> dict[int, Floats]:
+    """Return by residual the scales below which stretches of noise alarm, (flights, stretches).
 
     Parameters
     ----------
@@ -239,60 +172,23 @@ def simulated(noise: Noise, drawn: Floats, recipe: PredictedSpread, rules: Rules
     drawn : (k, flights, n) float
         Noise of the residuals ``noise.rows``.
     recipe : PredictedSpread
-    rules : Rules
     """
     flights = drawn.shape[1]
-    width = max(1, round(WEIGHING_S * noise.rate_hz))
+    width = max(1, round(STRETCH_S * noise.rate_hz))
     stretches = -(-drawn.shape[2] // width)
-    ending = np.zeros(stretches * width, bool)
-    ending[: drawn.shape[2]] = noise.ending
     found = {}
     for row, own in zip(noise.rows.tolist(), drawn, strict=True):
         off, known = own * noise.unit[row], noise.known[row]
-        three = critical_scales(
-            off, row, noise.bounds, known, recipe, noise.rate_hz, rules.alone[row], PASSING_S
+        whole = np.full((flights, stretches * width), -np.inf)
+        whole[:, : off.shape[1]] = critical_scales(
+            off, row, noise.bounds, known, recipe, noise.rate_hz
         )
-        whole = np.full((3, flights, stretches * width), -np.inf)
-        whole[..., : off.shape[1]] = three
-        # a short alarm counts where the flight ends soon, or what changes alone is seen
-        counts = np.ones(whole.shape[2], bool) if row in rules.brief else ending
-        whole[1][:, counts] = np.maximum(whole[0][:, counts], whole[1][:, counts])
-        alarm, lasts, strong = whole.reshape(3, flights, stretches, width).max(axis=3)
-        found[row] = alarm, lasts, np.minimum(lasts, strong)
+        found[row] = whole.reshape(flights, stretches, width).max(axis=2)
     return found
 
 
-def accusing(scales: Scales, rules: Rules) -> Floats:
-    """Return the scale below which a component is accused, in every stretch."""
-    result = np.full(next(iter(scales.values()))[0].shape, -np.inf)
-    for name in {*rules.rows, *rules.suspecting}:
-        held = [row for row in rules.rows.get(name, ()) if row in scales]
-        rows = [*held, *(row for row in rules.suspecting.get(name, ()) if row in scales)]
-        if rows:
-            np.maximum(result, _accusing(scales, held, rows), out=result)
-    return result
-
-
-def _accusing(scales: Scales, held: Sequence[int], rows: Sequence[int]) -> Floats:
-    """Return the scale below which a component is accused; ``rows`` are the held ones and more."""
-    among = np.sort([scales[row][0] for row in rows], axis=0)
-    found = np.max([scales[row][2] for row in held or rows], axis=0)
-    if not held:
-        found = np.full(found.shape, -np.inf)
-    elif len(rows) >= MOST_TESTS:
-        # two of its alarms together, one that holds a fault of it, one of which lasts
-        lasts = np.max([scales[row][1] for row in rows], axis=0)
-        holds = np.max([scales[row][0] for row in held], axis=0)
-        found = np.maximum(found, np.minimum(np.minimum(among[-2], holds), lasts))
-    if len(rows) > MOST_TESTS:
-        found = np.maximum(found, among[-1 - MOST_TESTS])
-    peak = OVERSHOOT * np.max([scales[row][0] for row in held or rows], axis=0)
-    clear: Floats = np.minimum(found, peak / CLEARLY)
-    return clear
-
-
 def peaks(scales: Floats) -> Floats:
-    """Return the largest of every run of stretches, (k,): neighbours are one accusation."""
+    """Return the largest of every run of stretches, (k,): neighbours are one alarm."""
     around = np.pad(scales, ((0, 0), (1, 1)), constant_values=-np.inf)
     is_peak = (scales >= around[:, :-2]) & (scales > around[:, 2:]) & (scales > 0)
     found: Floats = scales[is_peak]

@@ -1,8 +1,7 @@
 """How small would the scale of the thresholds have to be for a residual to alarm?
 
-In: residuals and bounds. Out: per sample the scale below which ``judging.judge`` has an alarm
-that is certain there, the one below which it lasts long, and the one below which it is strong; for
-any number of flights at once. One pass tells for all scales.
+In: residuals and bounds. Out: per sample the scale below which ``judging.judge`` has an alarm that
+is certain there; for any number of flights at once. One pass tells for all scales.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
-from fdi.decision.judging import BEGUN, SOONER
+from fdi.decision.judging import SOONER
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
 from fdi.model.evaluate import Floats
@@ -24,10 +23,8 @@ def critical_scales(
     known: NDArray[np.bool_],
     recipe: PredictedSpread,
     rate_hz: float,
-    strong: float,
-    long_s: float,
-) -> tuple[Floats, Floats, Floats]:
-    """Return the scales below which a residual is in alarm, for long, and far beyond its threshold.
+) -> Floats:
+    """Return the scale below which a residual is in alarm, (k, n); -inf where at no scale.
 
     Parameters
     ----------
@@ -40,36 +37,19 @@ def critical_scales(
         Where it is judged.
     recipe : PredictedSpread
     rate_hz : float
-    strong : float
-        So many thresholds are far.
-    long_s : float
-        So many seconds are long.
-
-    Returns
-    -------
-    (k, n) float, (k, n) float, (k, n) float
-        -inf where it is in no alarm at any scale.
     """
-    result, lasts, peak = np.full((3, *off.shape), -np.inf)
+    result = np.full(off.shape, -np.inf)
     if bounds.unfit[row] or bounds.stated[row] or not known.any():
-        return result, lasts, peak
+        return result
     size, tolerance, noise = np.abs(off[:, known]), bounds.tolerance[row], bounds.noise[row, known]
-    peak[:, known] = _scale(size / strong, tolerance, noise)
     least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
     sudden = np.full(size.shape, -np.inf)
     for over, share in SOONER:
         count = max(2, round(share * least))
-        if size.shape[1] < count:
-            continue
-        lasting = least_of(_scale(size / over, tolerance, noise), count)
-        sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
+        if size.shape[1] >= count:
+            lasting = least_of(_scale(size / over, tolerance, noise), count)
+            sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
     result[:, known] = sudden
-    long = max(least, round(long_s * rate_hz))
-    if size.shape[1] < long:
-        return result, lasts, peak
-    held = np.full(size.shape, -np.inf)
-    held[:, long - 1 :] = least_of(_scale(size, tolerance, noise), long)
-    lasts[:, known] = held
     if np.isfinite(bounds.mean_bound[row]).any():
         given = np.where(known, off, np.nan)
         ratio = normalised(given, tolerance, bounds.spread[row], bounds.settled)
@@ -77,17 +57,8 @@ def critical_scales(
         mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count))
         with np.errstate(divide="ignore", invalid="ignore"):
             slow = np.abs(mean) * bounds.mean_spread[row] / bounds.mean_bound[row]
-        slow = np.where(known, slow, np.nan)
-        # an alarm of a mean stands while a short mean is half of what the long one has reached
-        beyond = np.sign(given) * np.maximum(np.abs(given) - tolerance, 0.0)
-        short = trailing_mean(beyond, max(1, count // 6), 1)
-        held = np.full(short.shape, -np.inf)
-        held[:, long - 1 :] = np.fmax(least_of(short, long), least_of(-short, long))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            held /= BEGUN * bounds.mean_bound[row]
-        result, lasts = np.fmax(result, slow), np.fmax(lasts, np.fmin(slow, held))
-        peak = np.fmax(peak, slow / strong)
-    return result, lasts, peak
+        result = np.fmax(result, np.where(known, slow, np.nan))
+    return result
 
 
 def _scale(size: Floats, tolerance: Floats, noise: Floats) -> Floats:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.decision.bounds import Bounds, key_of
 from fdi.decision.critical import critical_scales, least_of
+from fdi.decision.judging import SOONER
 from fdi.decision.noise import reference_mask
 from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.model.evaluate import Floats
@@ -69,13 +70,15 @@ def reached(
         known = np.isfinite(off[row]) & air
         if bounds.unfit[row] or known.sum() < least:
             continue
-        critical, _, _ = critical_scales(
-            off[row : row + 1], row, bounds, known, recipe, signals.rate_hz, 1.0, 0.0
-        )
-        lasted = least_of(size[row : row + 1, known], least)
+        critical = critical_scales(off[row : row + 1], row, bounds, known, recipe, signals.rate_hz)
+        own = size[row : row + 1, known]
+        # a short alarm counts where it is strong: as judging does
+        lasted = [
+            least_of(own, max(2, round(share * least))).max() / over for over, share in SOONER
+        ]
         found[key_of(residuals.bank.system, generator)] = Reached(
             None if bounds.stated[row] else float(max(critical.max(), 0.0)),
-            float(lasted.max()) if bounds.stated[row] else 0.0,
+            float(max(lasted)) if bounds.stated[row] else 0.0,
             _centre(residuals.values[row], residuals.allowance[row], reference),
         )
     return found

@@ -125,7 +125,7 @@ class Policy:
 
     @property
     def budget_per_hour(self) -> float | None:
-        """Return how many false accusations by noise a flight hour may hold, None for unstated."""
+        """Return how many false alarms by noise a flight hour may hold, None for unstated."""
         return getattr(self.decision, "budget_per_hour", None)
 
 

@@ -7,11 +7,11 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``values.py``: the values of this stage
 - ``answer.py``: the stage itself, from alarms to the answer
 - ``marking.py``: which fault is marked when, over the flight
-- ``episodes.py``: which alarms a flight holds, and which belong together
-- ``ranking.py``: which component explains an episode of alarms, and which follow from it
-- ``weighing.py``: how well a component explains alarms
-- ``passing.py``: which accusations were a passing disturbance
-- ``confidence.py``: how sure an accusation is
+- ``alarm_runs.py``: which alarms a flight holds
+- ``hypotheses.py``: who could have made them, at every moment
+- ``features.py``: what speaks for and against a component, as numbers
+- ``likelihood.py``: how probable each is, and nobody
+- ``naming.py``: who is accused, and which alarms only follow
 - ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
@@ -32,13 +32,13 @@ from fdi.diagnosis.values import (
     FaultGrid,
     Finding,
     First,
-    Grounds,
     Isolability,
     NotTestable,
     Open,
     Outlook,
     RuledOut,
     Size,
+    Term,
     WouldShow,
     runs,
 )
@@ -51,13 +51,13 @@ __all__ = [
     "FaultGrid",
     "Finding",
     "First",
-    "Grounds",
     "Isolability",
     "NotTestable",
     "Open",
     "Outlook",
     "RuledOut",
     "Size",
+    "Term",
     "WouldShow",
     "diagnose",
     "runs",

@@ -13,17 +13,15 @@ import numpy as np
 
 from fdi import structure
 from fdi.decision import Alarms
-from fdi.decision.accusing import WEIGHING_S
-from fdi.decision.concerns import concerns
+from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.clearing import ruled_out
-from fdi.diagnosis.confidence import grounds_of, load_confidence
 from fdi.diagnosis.ending import endings, led_to
-from fdi.diagnosis.episodes import Run, episodes, find_runs
 from fdi.diagnosis.explain import evidence, kind_of, size_in_words
+from fdi.diagnosis.hypotheses import WINDOW_S, Inquiry, inquire
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
+from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
-from fdi.diagnosis.passing import is_no_failure
-from fdi.diagnosis.ranking import Cause, Effect, explain_episode
+from fdi.diagnosis.naming import Cause, Effect, name, possible
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
@@ -38,10 +36,6 @@ from fdi.diagnosis.values import (
 from fdi.diagnosis.verdict import count_tests, outlook, verdict
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
-from fdi.telemetry.airtime import time_in_air
-
-MERGE_S = 15.0
-"""A component accused again within this time is one finding: its alarms merely paused."""
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
@@ -64,10 +58,18 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     flew = bool(np.any(alarms.residuals.signals.state.airborne))
     untested = not_testable(alarms, bank, implementable, flew=flew)
     if alarms.use.accuse:
-        findings, consequences = _accuse(alarms)
+        inquiries, fitted = inquire(alarms), load_fitted()
+        causes, effects = named_in(inquiries, fitted)
+        findings = tuple(
+            _finding(rank, cause, inquiries[cause.flight], alarms)
+            for rank, cause in enumerate(causes, 1)
+        )
+        consequences = _consequences(effects, causes, inquiries)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
-        cleared = ruled_out(alarms, bank, named | _marked(grid) | bank.system.curtailed)
+        suspected = frozenset().union(*(possible(one, fitted) for one in inquiries))
+        doubted = named | suspected
+        cleared = tuple(one for one in clearable(alarms) if one.component not in doubted)
         told = named | {one.component for one in cleared} | {one.component for one in untested}
         undecided = left_open(alarms, told)
     tests = count_tests(alarms)
@@ -88,13 +90,33 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     )
 
 
-def _accuse(alarms: Alarms) -> tuple[tuple[Finding, ...], tuple[Consequence, ...]]:
-    causes, effects = _explained(alarms)
-    findings = tuple(
-        _finding(rank, number, span, cause, alarms)
-        for rank, (number, span, cause) in enumerate(causes, 1)
+def named_in(inquiries: Sequence[Inquiry], fitted: Fitted) -> tuple[list[Cause], list[Effect]]:
+    """Return the causes of all flights of a log, ranked, and what follows from them.
+
+    What still stood when the last flight that went wrong did goes first; then the order of time.
+    """
+    causes: list[Cause] = []
+    effects: list[Effect] = []
+    for inquiry in inquiries:
+        own, following = name(inquiry, fitted)
+        causes += own
+        effects += following
+    bad = [i.ending for i in inquiries if i.ending is not None and i.ending.is_bad]
+    causes.sort(
+        key=lambda one: (
+            not (bad and led_to(bad[-1], one.flight, one.end)),
+            one.onset,
+            -one.probability,
+            one.component,
+        )
     )
-    return findings, _consequences(effects, findings)
+    return causes, effects
+
+
+def clearable(alarms: Alarms) -> tuple[RuledOut, ...]:
+    """Return the components that the data speak for, whoever is accused or likely."""
+    bank = alarms.residuals.bank
+    return ruled_out(alarms, bank, _marked(fault_grid(alarms)) | bank.system.curtailed)
 
 
 def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:
@@ -107,143 +129,95 @@ def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:
     return [
         (
             cause.component,
-            cause.runs[0].onset,
+            cause.onset,
             max(
                 (r.peak for r in cause.runs if kinds[r.row] not in (Kind.LIMIT, Kind.EQUALITY)),
                 default=0.0,
             ),
         )
-        for _, _, cause in _explained(alarms)[0]
+        for cause in named_in(inquire(alarms), load_fitted())[0]
     ]
 
 
 def accusations(alarms: Alarms) -> list[tuple[int, str]]:
     """Return the number of the flight and the component of every finding."""
-    return [(number, cause.component) for number, _, cause in _explained(alarms)[0]]
+    causes, _ = named_in(inquire(alarms), load_fitted())
+    return [(cause.flight, cause.component) for cause in causes]
 
 
-def _explained(
-    alarms: Alarms,
-) -> tuple[list[tuple[int, tuple[float, float], Cause]], list[Effect]]:
-    """Return the causes with the number and the span, s, of their flight, and what follows."""
-    causes: list[tuple[int, tuple[float, float], Cause]] = []
-    effects: list[Effect] = []
-    for number, (start, end) in enumerate(time_in_air(alarms.residuals.signals)):
-        own, follows = _of_flight(alarms, find_runs(alarms, start, end), end)
-        causes += [(number, (start, end), cause) for cause in own]
-        effects += follows
-    causes.sort(key=lambda item: (item[2].runs[0].onset, -item[2].share, item[2].component))
-    fatal = [item for item in causes if _led_to_the_end(item, alarms)]
-    return [*fatal, *(item for item in causes if item not in fatal)], effects
-
-
-def _led_to_the_end(item: tuple[int, tuple[float, float], Cause], alarms: Alarms) -> bool:
-    """Return whether a cause still stood when the last flight that went wrong did."""
-    bad = [one for one in alarms.residuals.signals.ends if one.is_bad]
-    number, _, cause = item
-    return bool(bad) and led_to(bad[-1], number, max(run.end for run in cause.runs))
-
-
-def _of_flight(alarms: Alarms, runs: Sequence[Run], end: float) -> tuple[list[Cause], list[Effect]]:
-    """Return the causes of a flight's runs, and what follows.
-
-    From what is no failure nothing follows: the rest is explained without it.
-    """
-    while True:
-        causes: list[Cause] = []
-        effects: list[Effect] = []
-        for episode in episodes(runs):
-            found, following = explain_episode(alarms, episode)
-            causes += found
-            effects += following
-        causes = _merged(causes)
-        dropped = {
-            run for cause in causes if is_no_failure(cause, end, alarms) for run in cause.runs
-        }
-        if not dropped:
-            return causes, effects
-        runs = [run for run in runs if run not in dropped]
-
-
-def _merged(causes: list[Cause]) -> list[Cause]:
-    """Return the causes with those of one component that nearly touch made one."""
-    result: list[Cause] = []
-    for cause in causes:
-        earlier = next(
-            (
-                i
-                for i, known in enumerate(result)
-                if known.component == cause.component
-                and cause.runs[0].onset - max(run.end for run in known.runs) <= MERGE_S
-            ),
-            None,
-        )
-        if earlier is None:
-            result.append(cause)
-            continue
-        known = result[earlier]
-        result[earlier] = Cause(
-            known.component,
-            tuple(dict.fromkeys((*known.faults, *cause.faults))),
-            tuple(sorted((*known.runs, *cause.runs), key=lambda run: (run.onset, run.row))),
-            known.share,
-            known.inseparable,
-        )
-    return result
-
-
-def _finding(
-    rank: int, number: int, span: tuple[float, float], cause: Cause, alarms: Alarms
-) -> Finding:
-    over = max(run.end for run in cause.runs)
-    onset = cause.runs[0].onset
-    soon = [run.row for run in cause.runs if run.onset <= onset + WEIGHING_S]
-    size = size_of(alarms, cause.component, soon, onset, span)
+def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Finding:
+    soon = [run.row for run in cause.runs if run.onset <= cause.onset + WINDOW_S]
+    span = (inquiry.start, inquiry.end)
+    size = size_of(alarms, cause.component, soon, cause.onset, span)
     shown = evidence(cause, alarms)
-    grounds = grounds_of(cause, concerns(alarms.residuals.bank))
     if size is not None:
         shown = replace(shown, text=f"{shown.text}; {size_in_words(size)}")
     return Finding(
         rank=rank,
-        flight=number,
+        flight=cause.flight,
         component=cause.component,
-        faults=_named(cause.faults, cause.runs, alarms),
+        faults=_faults_of(cause, inquiry, alarms),
         kind=kind_of(cause, alarms),
-        onset=onset,
-        alarm=min(run.known for run in cause.runs),
-        end=None if over >= span[1] else over,
-        confidence=load_confidence().confidence(grounds),
+        onset=cause.onset,
+        alarm=cause.alarm,
+        end=None if cause.end >= inquiry.end else cause.end,
+        confidence=cause.probability,
         inseparable_from=cause.inseparable,
         evidence=shown,
-        grounds=grounds,
+        because=cause.because,
+        rivals=cause.rivals,
         size=size,
     )
 
 
-def _named(faults: tuple[str, ...], runs: tuple[Run, ...], alarms: Alarms) -> tuple[str, ...]:
-    """Return faults by the names of the system; a statement stands for what its tests hold."""
+def _faults_of(cause: Cause, inquiry: Inquiry, alarms: Alarms) -> tuple[str, ...]:
+    """Return the faults of an accused component that its tests hold, by the system's names.
+
+    A statement that concerns it stands for what its tests hold.
+    """
     generators = alarms.residuals.bank.generators
-    plain = [fault for fault in faults if not fault.startswith("@")]
-    if len(plain) < len(faults):
-        plain += [fault for run in runs for fault in generators[run.row].faults]
-    return tuple(dict.fromkeys(plain))
+    plain, statements = _told_of(cause.component, cause.runs, inquiry)
+    faults = [fault for run in statements for fault in generators[run.row].faults]
+    return tuple(dict.fromkeys((*plain, *faults)))
 
 
-def _consequences(effects: list[Effect], findings: tuple[Finding, ...]) -> tuple[Consequence, ...]:
-    result = []
+def _told_of(component: str, runs: Sequence[Run], inquiry: Inquiry) -> tuple[list[str], list[Run]]:
+    """Return the faults of a component that runs hold, and the runs that state something of it."""
+    whom = inquiry.whom
+    plain: list[str] = []
+    statements: list[Run] = []
+    for run in runs:
+        own = [fault for fault in whom.faults[run.row] if whom.component[fault] == component]
+        plain += [fault for fault in own if not fault.startswith("@")]
+        if any(fault.startswith("@") for fault in own):
+            statements.append(run)
+    return plain, statements
+
+
+def _consequences(
+    effects: Sequence[Effect], causes: Sequence[Cause], inquiries: Sequence[Inquiry]
+) -> tuple[Consequence, ...]:
+    """Return what follows; causes in the order of their rank."""
+    runs: dict[tuple[int, str], list[Run]] = {}
     for effect in effects:
-        onset = effect.cause.runs[0].onset
-        name = effect.cause.component
-        cause = max(
-            (f for f in findings if f.component == name and f.onset <= onset),
-            key=lambda f: f.onset,
-        )
-        first = min(run.onset for run in effect.runs)
+        rank = 1 + causes.index(effect.cause)
+        runs.setdefault((rank, effect.component), []).extend(effect.runs)
+    result = []
+    for (rank, component), own in runs.items():
+        cause = causes[rank - 1]
+        first = min(run.onset for run in own)
         later = first - cause.onset
-        when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {name}"
-        text = f"{effect.component} shows it {when}"
-        faults = tuple(fault for fault in effect.faults if not fault.startswith("@"))
-        result.append(Consequence(effect.component, faults, first, cause.rank, text))
+        when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {cause.component}"
+        faults, _ = _told_of(component, own, inquiries[cause.flight])
+        result.append(
+            Consequence(
+                component,
+                tuple(dict.fromkeys(faults)),
+                first,
+                rank,
+                f"{component} shows it {when}",
+            )
+        )
     return tuple(sorted(result, key=lambda item: (item.onset, item.component)))
 
 

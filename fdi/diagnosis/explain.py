@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision import Alarms
-from fdi.diagnosis.episodes import Run
-from fdi.diagnosis.ranking import Cause
+from fdi.diagnosis.alarm_runs import Run
+from fdi.diagnosis.features import SIMULTANEOUS_S
+from fdi.diagnosis.naming import Cause
 from fdi.diagnosis.values import Evidence, FindingKind, Size
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
@@ -24,7 +25,7 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
     """Return the evidence for a cause: the strongest early alarm in words, and all residuals."""
     bank = alarms.residuals.bank
     onset = cause.runs[0].onset
-    first = [run for run in cause.runs if run.onset <= onset + 2.0]
+    first = [run for run in cause.runs if run.onset <= onset + SIMULTANEOUS_S]
     telling = max(first, key=lambda run: (len(bank.generators[run.row].faults) == 1, run.peak))
     rows = list(dict.fromkeys(run.row for run in cause.runs))
     channels = dict.fromkeys(

@@ -64,25 +64,12 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class Grounds:
-    """What an accusation rests on, as far as it tells how sure one can be.
+class Term:
+    """What one feature adds to the log odds of an accusation; below zero it speaks against it."""
 
-    Attributes
-    ----------
-    share : float
-        0..1, of the evidence among all candidates, somebody unknown included.
-    strength : float
-        1..20, how many times its threshold the strongest of the first alarms reaches.
-    exclusive : bool
-        Whether a test that concerns no other component is among them.
-    part : bool
-        Whether the accused has parts that break: not a controller, and nothing computed.
-    """
-
-    share: float
-    strength: float
-    exclusive: bool
-    part: bool
+    feature: str
+    words: str
+    weight: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +82,14 @@ class Finding:
         When the cause began to show, when the data allowed the accusation, when it ceased (None if
         it lasted to the end of the flight or to an impact).
     confidence : float
-        0..1, ends excluded: of accusations on such grounds, this share was right on labelled
-        flights, analysed with the shipped models (docs/evaluation.md).
+        0..1, ends excluded: the probability that this component failed, against all others and
+        nobody, by weights fitted to labelled flights (docs/evaluation.md).
     inseparable_from : tuple of str
         Components that explain the same alarms as well.
+    because : tuple of Term
+        What weighed most, the strongest first.
+    rivals : tuple of (str, float)
+        Everybody else who could have made these alarms, with the probability, 0..1.
     size : Size or None
         By how much a sensor is wrong, where the residuals are explained by it.
     """
@@ -114,7 +105,8 @@ class Finding:
     confidence: float
     inseparable_from: tuple[str, ...]
     evidence: Evidence
-    grounds: Grounds
+    because: tuple[Term, ...]
+    rivals: tuple[tuple[str, float], ...]
     size: Size | None = None
 
 

@@ -35,7 +35,7 @@ from fdi.model.naming import component_words, inside
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.airtime import when_in_air
 from fdi.telemetry.ends import FlightEnd, is_failsafe
-from fdi.units import customary, two_digits
+from fdi.units import customary, hundredths, two_digits
 
 BRIEF_S: Final = 0.75
 """A test beyond its threshold for so long at a stretch has left what health explains: half of the
@@ -202,11 +202,12 @@ def _accused(
     late = bad is not None and explains and first.onset > (bad.lost_control or first.onset)
     core = f"{name} {'is accused' if late else 'failed first'}, {when}"
     what = f": {_what(first, alarms)}."
-    sure = f"{first.confidence * 100:.0f} % sure."
+    also = ""
     if first.inseparable_from:
         names = (component_words(name, system.components) for name in first.inseparable_from[:2])
         twins = " or ".join(inside(name) for name in names)
-        sure = f"{first.confidence * 100:.0f} % sure; {twins} would explain it as well."
+        also = f"; {twins} would explain it as well"
+    sure = f"{hundredths(first.confidence)} % sure{also}."
     followers = _followers(first, consequences, findings, alarms)
     tail = f"Then: {', '.join(followers)}." if followers else ""
     head = []
@@ -214,7 +215,7 @@ def _accused(
         head = [_end_words(bad) + ("." if explains else "; no component explains it.")]
         core = core if explains else f"Before that, {inside(core)}"
     # in the order in which they are given up
-    return _fitted([*head, core + height + mode + what, sure], [tail, height, mode])
+    return _fitted([*head, core + height + mode + what, sure], [tail, height, mode, also])
 
 
 def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:

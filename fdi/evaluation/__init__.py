@@ -8,7 +8,9 @@ that a figure can be judged: with its interval, beside what a constant answer wo
 - ``score.py``: one analysis against one label
 - ``totals.py``: rates over many flights
 - ``calibration.py``: confidence against rightness
-- ``fitting.py``: which weights make confidence a probability
+- ``fitting.py``: which weights make the probabilities of candidates true
+- ``unseen.py``: what the flights score by weights that have not seen them
+- ``unseen_tables.py``: these figures as text and as plain values
 - ``tables.py``: the figures as text and as plain values
 - ``run.py``: labels file -> scored flights
 - ``injected_fault.py``: what a channel reads with a known fault

@@ -48,6 +48,8 @@ class Label:
         Further components that are a right answer.
     evaluate_until : float or None
         s; nothing that begins later counts. None: to the end of the log.
+    source : str
+        The labels file, as it was named.
     """
 
     key: str
@@ -58,6 +60,7 @@ class Label:
     faults: tuple[Fault, ...]
     accept: frozenset[str]
     evaluate_until: float | None
+    source: str = ""
 
     @property
     def onset(self) -> float | None:
@@ -90,6 +93,7 @@ def load_labels(path: str | Path) -> tuple[Label, ...]:
             tuple(Fault(f.component, f.kind, f.onset, f.end) for f in spec.faults),
             frozenset(spec.accept),
             spec.evaluate_until,
+            str(path),
         )
         for key, spec in _checked(tree, where.name).items()
     )

@@ -1,8 +1,9 @@
 """What do the analyses of these labelled flights score?
 
 In: labels. Out: an `Evaluation`: a score per flight that is labelled for diagnosis, in the order of
-the labels. Where that is asked for, every flight is analysed a second time without the tests that
-read a recorded command: they see how a fault was made rather than what it does.
+the labels, and what their tests did, for weights that have not seen a flight. Where that is asked
+for, every flight is analysed a second time without the tests that read a recorded command: they see
+how a fault was made rather than what it does.
 """
 
 from __future__ import annotations
@@ -11,23 +12,33 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from fdi.decision import load_policy
 from fdi.decision.policy import policy_text
+from fdi.diagnosis.answer import clearable
+from fdi.diagnosis.hypotheses import inquire
+from fdi.evaluation.fitting import Flown
 from fdi.evaluation.labels import Label
 from fdi.evaluation.score import Score, score
-from fdi.fleet import Job, Row, rows
+from fdi.fleet import Job, Row, row_of_log, rows, told
+
+if TYPE_CHECKING:
+    from fdi.result import Analysis
 
 Progress = Callable[[str, float], None]
+
+ASKED: Final = "asked"
+"""The key of a row under which a worker hands over what its tests did."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """Scores, and the rows of the fleet that they come from."""
+    """Scores, the rows of the fleet that they come from, and the flights that had an analysis."""
 
     scores: tuple[Score, ...]
     rows: tuple[Mapping[str, Any], ...]
+    flown: tuple[Flown, ...] = ()
 
 
 def evaluate(
@@ -57,14 +68,38 @@ def evaluate(
     with TemporaryDirectory(prefix="fdi-") as folder:
         policies = [policy, *([_without_commands(policy, folder)] if bare else [])]
         jobs = [Job(str(label.path), policy=recipe) for recipe in policies for label in wanted]
-        for number, row in rows(jobs, workers=workers):
+        for number, row in rows(jobs, workers=workers, work=analyze_and_inquire):
             done[number] = row
             if progress:
                 progress(wanted[number % len(wanted)].path.name, len(done) / len(jobs))
+    asked = [done[i].pop(ASKED, None) for i in range(len(wanted))]
     ordered = tuple(done[i] for i in range(len(wanted)))
     second = [done.get(i + len(wanted)) for i in range(len(wanted))]
-    told = zip(wanted, ordered, second, strict=True)
-    return Evaluation(tuple(score(*one) for one in told), ordered)
+    pairs = zip(wanted, ordered, second, strict=True)
+    flown = [
+        Flown(label, found[0], origin(label, row), found[1])
+        for label, row, found in zip(wanted, ordered, asked, strict=True)
+        if found is not None
+    ]
+    return Evaluation(tuple(score(*one) for one in pairs), ordered, tuple(flown))
+
+
+def analyze_and_inquire(job: Job) -> Row:
+    """Return the row of a log with what its tests did and who could be ruled out, under `ASKED`."""
+    return row_of_log(job, _asked)
+
+
+def _asked(found: Analysis) -> Row:
+    cleared = tuple(one.component for one in clearable(found.alarms))
+    return {**told(found), ASKED: (inquire(found.alarms), cleared)}
+
+
+def origin(label: Label, row: Mapping[str, Any]) -> str:
+    """Return where a flight comes from: a recording, or which simulation of what."""
+    if label.origin == "recorded" or row["autopilot"] is None:
+        return label.origin
+    kind = "" if row["autopilot"] == "px4" else " plane" if row["vehicle"] == "plane" else " copter"
+    return f"{label.origin}, {row['autopilot']}{kind}"
 
 
 def _without_commands(policy: str, folder: str) -> str:

@@ -30,6 +30,7 @@ from fdi.evaluation.totals import (
     totals,
     totals_of,
 )
+from fdi.evaluation.unseen_tables import out_of_sample, unseen_document, unseen_lines
 from fdi.report.words import clean
 
 SCHEMA_VERSION: Final = 1
@@ -72,6 +73,7 @@ def evaluation_document(found: Evaluation) -> dict[str, Any]:
         "brier": brier(pairs),
         "brier_of_constant": brier_of_constant(pairs),
         "calibration_error": calibration_error(pairs),
+        "out_of_sample": unseen_document(out_of_sample(found.flown)),
         "flights": [_flight(one) for one in found.scores],
     }
 
@@ -134,11 +136,14 @@ def evaluation_text(found: Evaluation) -> str:
     """Return the tables: totals beside a constant answer, groups, and every flight that failed."""
     constant = constant_answer(found.scores)
     parts = [_table("selection", {"all": found.scores}, constant)]
+    unseen = "\n".join(unseen_lines(out_of_sample(found.flown)))
     parts += [_table(kind, own, constant) for kind, own in groups(found.scores).items()]
     parts += [reliability_lines(stated(found)), _fates(found.scores), _failures(found.scores)]
     told = ["\n".join(lines) for part in parts if (lines := list(part))]
     if constant is not None:
         told.insert(1, _legend(constant))
+    told.insert(0, unseen)
+    told.insert(1, "By the weights that the package holds, in sample for flights that taught them:")
     return "\n\n".join(told) + "\n"
 
 

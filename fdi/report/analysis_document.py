@@ -221,12 +221,13 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
             "residuals": list(finding.evidence.residuals),
             "channels": list(finding.evidence.channels),
         },
-        "grounds": {
-            "share": number(finding.grounds.share),
-            "strength": number(finding.grounds.strength),
-            "exclusive": finding.grounds.exclusive,
-            "part": finding.grounds.part,
-        },
+        "because": [
+            {"feature": one.feature, "text": one.words, "weight": number(one.weight)}
+            for one in finding.because
+        ],
+        "rivals": [
+            {"component": name, "probability": number(share)} for name, share in finding.rivals
+        ],
         "size": None if finding.size is None else _size(finding.size, analysis.log),
     }
 

@@ -106,7 +106,7 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
     for number in generator.equations:
         yield f"  {clean(equations[number].name)}: {clean(equations[number].text or 'a channel')}"
     yield f"  reads: {clean(', '.join(map(str, bank.channels(generator))))}"
-    holds = {whom.component[fault] for fault in whom.faults[row] if fault not in whom.suspected}
+    holds = whom.held_by(row)
     yield f"  holds: {clean(', '.join(sorted(holds)) or 'nobody')}"
     yield f"  suspects: {clean(', '.join(sorted(whom.of(row) - holds)) or 'nobody')}"
     yield f"  judged: {_judged(row, analysis)}"

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from fdi.units import customary
+from fdi.units import customary, hundredths
 
 if TYPE_CHECKING:
     from fdi.model import System
@@ -178,7 +178,7 @@ def per_cent(share: float) -> str:
     >>> per_cent(0.534)
     '53 %'
     """
-    return f"{share * 100:.0f} %"
+    return f"{hundredths(share)} %"
 
 
 def shortened(names: Sequence[str], most: int) -> str:
@@ -201,7 +201,7 @@ def budget(analysis: Analysis) -> str:
         return ""
     scaled = "" if scale == 1.0 else f" (thresholds times {scale:.2f})"
     often = "once" if per_hour == 1 else f"{per_hour:g} times"
-    return f", noise may accuse {often} an hour at the most{scaled}"
+    return f", noise may alarm {often} an hour at the most{scaled}"
 
 
 def window(analysis: Analysis) -> str:

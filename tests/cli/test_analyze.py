@@ -60,7 +60,7 @@ def test_budget_reaches_the_thresholds(run: Run, model: Path) -> None:
         found = json.loads(run("analyze", LOG, "--model", model, "--json", *words).out)
         return dict(found["policy"])
 
-    assert policy()["budget_per_hour"] == 1.0
+    assert policy()["budget_per_hour"] == 10.0
     rare, often = (policy("--budget", per_hour) for per_hour in ("0.1", "10"))
     assert (rare["budget_per_hour"], often["budget_per_hour"]) == (0.1, 10.0)
     assert rare["threshold_scale"] > often["threshold_scale"]

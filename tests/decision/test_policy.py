@@ -119,9 +119,9 @@ def test_resample_keeps_what_is_not_given():
 
 def test_a_budget_asked_for_has_no_floor_of_the_policy():
     policy = load_policy("default")
-    assert policy.budget_per_hour == 1.0
-    asked = policy.within(10.0)
-    assert asked.budget_per_hour == 10.0
+    assert policy.budget_per_hour == 10.0
+    asked = policy.within(3.0)
+    assert asked.budget_per_hour == 3.0
     assert (policy.decision.least_scale, asked.decision.least_scale) == (1.0, 0.0)
     assert policy.within(None) == policy
 

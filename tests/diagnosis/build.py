@@ -8,6 +8,7 @@ import numpy as np
 
 from fdi.decision import Alarms, load_policy
 from fdi.decision.alarms import Use
+from fdi.diagnosis.likelihood import Fitted
 from fdi.model import load_airframe
 from fdi.residuals import Residuals, build_bank
 from fdi.telemetry import Flight, Signals
@@ -18,6 +19,24 @@ THRESHOLD = 2.0
 CONFIRM_S = 1.25
 POLICY = load_policy("default")
 FLIGHTS = (Flight(0, 100),)
+WEIGHTS = Fitted(
+    {
+        "one": -4.0,
+        "tests": 3.5,
+        "peak": 0.5,
+        "alone": 2.5,
+        "fit": 3.8,
+        "near": 1.5,
+        "healed": -0.75,
+        "late": -1.5,
+        "explains": 1.5,
+        "follows": -2.5,
+        "computed": -4.5,
+        "controller": -3.0,
+    },
+    0.99,
+)
+"""Round numbers with the signs that weights have: no test here depends on a fit."""
 
 
 def model(shown, affects=None, more="", unit="m"):

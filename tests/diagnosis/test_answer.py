@@ -1,5 +1,7 @@
 """What is ruled out, what was not testable, the verdict, and the whole stage over a bank."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,8 +20,13 @@ BARO_RADAR, SKY = row(BANK, "BARO.x", "RADAR.x"), row(BANK, "SUN.y", "STAR.y")
 FAILED = {place: [(40, 60)] for place in GPS}
 
 
-def answer(raised, *, bank=BANK, **more):
-    return diagnose(alarms_of(bank, raised, **more), bank)
+def answer(raised, *, bank=BANK, close=None, **more):
+    """The answer; ``close`` are quiet tests with the share of their threshold that they reach."""
+    alarms = alarms_of(bank, raised, **more)
+    strength = alarms.strength.copy()
+    for place, share in (close or {}).items():
+        strength[place] = share
+    return diagnose(replace(alarms, strength=strength), bank)
 
 
 # Ruled out.
@@ -76,17 +83,37 @@ def test_fault_in_no_test_does_not_keep_its_component_from_being_ruled_out():
 
 
 def test_who_cannot_be_told_from_the_accused_is_not_ruled_out():
-    """A suspect of a limit has quiet tests of its own, and yet may be the reason."""
+    """A suspect of limits has quiet tests of its own, and yet may be the reason."""
+    suspects = {f"r{i}": "[gps]" for i in range(5)} | {"r5": "[sun]"}
+    limits = [
+        f"  bad_{name}: {{variable: {name}, max: 1, component: estimator, suspects: {whom}}}\n"
+        for name, whom in suspects.items()
+    ]
+    text = model({"monitor": list(suspects), **SHOWN}, {"estimator": []}, "limits:\n")
+    text = text.replace("estimator: {affects", "estimator: {group: autopilot, affects")
+    bank = bank_of(text + "".join(limits))
+    raised = {limit_row(bank, f"bad_{name}"): [(40, 100)] for name in suspects}
+    close = dict.fromkeys((row(bank, "GPS.x", f"{who}.x") for who in ("BARO", "RADAR")), 0.35)
+    found = answer(raised, bank=bank, close=close, peak=20.0)
+    named_here = {found.findings[0].component, *found.findings[0].inseparable_from}
+    assert named_here == {"estimator", "gps"}
+    assert "radar" in named(found.ruled_out)
+    assert not named_here & set(named(found.ruled_out))
+
+
+@pytest.mark.parametrize(("share", "out"), [(0.9, False), (0.0, True)])
+def test_who_may_be_the_reason_is_not_ruled_out(share, out):
+    """A suspect of a limit may be the reason where a test of its own comes close."""
     text = model(
         {"monitor": ["ratio"], **SHOWN},
         {"estimator": []},
         "limits:\n  bad: {variable: ratio, max: 1, component: estimator, suspects: [gps]}\n",
-    )
+    ).replace("estimator: {affects", "estimator: {computed: true, affects")
     bank = bank_of(text)
-    found = answer({limit_row(bank, "bad"): [(40, 60)]}, bank=bank)
-    named_here = {found.findings[0].component, *found.findings[0].inseparable_from}
-    assert named_here == {"estimator", "gps"}
-    assert not named_here & set(named(found.ruled_out))
+    close = {row(bank, "GPS.x", "BARO.x"): share}
+    found = answer({limit_row(bank, "bad"): [(40, 100)]}, bank=bank, close=close, peak=20.0)
+    assert found.findings == ()
+    assert ("gps" in named(found.ruled_out)) == out
 
 
 def test_log_without_samples_rules_nothing_out_and_fails_nowhere():
@@ -155,7 +182,7 @@ def test_what_lies_outside_the_model_is_never_listed():
 
 
 def test_verdict_names_who_failed_first_since_when_and_what_followed():
-    found = answer({**FAILED, SKY: [(70, 80)]})
+    found = answer({**{place: [(40, 100)] for place in GPS}, SKY: [(70, 100)]})
     assert found.verdict.startswith("Gps failed first, 40.0 s into flight (log 40.0 s): it ")
     assert f"Then: {found.findings[1].component}." in found.verdict
     assert found.verdict.endswith(f"{found.findings[0].confidence * 100:.0f} % sure.")
@@ -163,7 +190,7 @@ def test_verdict_names_who_failed_first_since_when_and_what_followed():
 
 
 def test_verdict_names_who_cannot_be_told_apart():
-    found = answer({SKY: [(40, 60)]})
+    found = answer({SKY: [(40, 100)]})
     other = found.findings[0].inseparable_from[0]
     assert found.verdict.endswith(f"{other} would explain it as well.")
 

@@ -40,8 +40,8 @@ def test_a_crash_leads_with_the_end_and_then_names_who_failed():
 
 
 def test_what_led_to_the_end_is_named_before_what_healed():
-    healed = {SKY: [(20, 40)]}
-    both = answer({**healed, **{place: [(80, 90)] for place in GPS}})
+    healed = {SKY: [(20, 65)]}
+    both = answer({**healed, **{place: [(80, 90)] for place in GPS}}, peak=20.0)
     assert [finding.component for finding in both.findings] == ["gps", "sun"]
     assert [finding.rank for finding in both.findings] == [1, 2]
     assert "Gps failed first" in both.verdict
@@ -50,6 +50,7 @@ def test_what_led_to_the_end_is_named_before_what_healed():
         {**healed, **{place: [(80, 90)] for place in GPS}},
         ends=(FlightEnd(0, "landed", 90.0),),
         flights=landed,
+        peak=20.0,
     )
     assert [finding.component for finding in well.findings] == ["sun", "gps"]
 
@@ -173,6 +174,6 @@ def test_a_crash_leads_also_where_who_is_accused_failed_in_another_flight_or_hea
     two = (Flight(0, 45, takeoff=2.0, landing=44.0), Flight(50, 100, takeoff=52.0, impact=90.0))
     ends = (FlightEnd(0, "landed", 44.0), FlightEnd(1, "impact", 90.0, 12.9))
     raised = {place: [(20, 40)] for place in GPS}
-    for found in (answer(raised, ends=ends, flights=two), answer(raised)):
+    for found in (answer(raised, ends=ends, flights=two), answer(raised, peak=20.0)):
         assert found.verdict.startswith("Hit the ground at 12.9 m/s (log 90.0 s); no component ")
         assert "Before that, gps failed first, " in found.verdict

@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 
 from fdi.diagnosis import diagnose
+from fdi.telemetry import Flight
 
 from .build import alarms_of, bank_of, limit_row, model, row
 
 WHEN = "from 40.0 s for 10.0 s"
+SHORT = {"seconds": 51, "flights": (Flight(0, 51),)}
+"""A flight that ends soon after the alarm: it could not heal for long."""
 
 
 def evidence(bank, *rows, **more):
     """The evidence when rows alarm from 40 to 50 s: 6 off where 2 is within health."""
-    alarms = alarms_of(bank, {place: [(40, 50)] for place in rows}, **more)
+    alarms = alarms_of(bank, {place: [(40, 50)] for place in rows}, **SHORT, **more)
     return diagnose(alarms, bank).findings[0].evidence
 
 
@@ -74,7 +77,7 @@ def test_other_alarms_of_the_cause_are_counted():
     bank = bank_of(model({name: ["x"] for name in ("gps", "baro", "radar", "sun")}))
     others = ("BARO.x", "RADAR.x", "SUN.x")
     rows = [row(bank, "GPS.x", other) for other in others]
-    assert evidence(bank, *rows[:2]).text.endswith("; 1 more test agrees")
+    assert evidence(bank, *rows[:2], peak=20.0).text.endswith("; 1 more test agrees")
     found = evidence(bank, *rows)
     assert found.text.endswith("; 2 more tests agree")
     assert set(found.channels) == {"GPS.x", *others}
@@ -99,13 +102,13 @@ def test_difference_of_angles_is_told_the_short_way_round():
     bank = bank_of(text.replace("x: {unit: rad}", "x: {unit: rad, circular: true}"))
     assert bank.system.equations[bank.generators[0].residual].circular
     said = evidence(
-        bank, 0, peak=-1.5, centre=np.array([3.0]), strength=np.full((1, 400), 5.0)
+        bank, 0, peak=-1.5, centre=np.array([3.0]), strength=np.full((1, 204), 5.0)
     ).text  # -3 against 3 rad
     assert "off by up to 16.2 deg" in said
 
 
 def test_strongest_sample_is_told_and_not_an_unknown_one():
     bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
-    alarms = alarms_of(bank, {0: [(40, 50)]}, unknown={0: [(42, 44)]})
+    alarms = alarms_of(bank, {0: [(40, 50)]}, unknown={0: [(42, 44)]}, **SHORT)
     alarms.residuals.values[0, 45 * 4] = -11
     assert "off by up to 11 m" in diagnose(alarms, bank).findings[0].evidence.text

@@ -1,168 +1,306 @@
-"""Fitted weights are those that the accusations follow; nobody is judged by his likes."""
+"""Fitted weights are those that the lessons follow; what a flight teaches, and how often."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from fdi.diagnosis.confidence import FILE, ConfidenceModel
-from fdi.diagnosis.values import Grounds
+from fdi.decision.concerns import Tie
+from fdi.diagnosis.features import FEATURES
+from fdi.diagnosis.hypotheses import Case
+from fdi.diagnosis.likelihood import Fitted, fitted_of
 from fdi.errors import UsageError
-from fdi.evaluation import Evaluation, Fault, Label, score
-from fdi.evaluation.calibration import brier, calibration_error
+from fdi.evaluation import Fault, Label
 from fdi.evaluation.fitting import (
-    Accusation,
-    accusations,
-    confidence_document,
-    cross_validated,
+    AFTER,
+    Flown,
+    Lesson,
+    _Problem,
     fit,
+    fit_text,
+    fitted_document,
+    lessons,
+    lessons_of,
 )
 
-ROOT = Path(__file__).parents[2]
-TRUTH = ConfidenceModel(-2.0, {"share": 0.5, "strength": 1.0, "exclusive": 2.0, "part": 1.0}, 0.999)
+NAMES = list(FEATURES)
+TRUTH = Fitted(
+    {
+        "one": -2.0,
+        "tests": 1.0,
+        "peak": 0.5,
+        "alone": 1.5,
+        "fit": 1.0,
+        "near": 0.5,
+        "healed": -0.5,
+        "late": -1.0,
+        "explains": 0.5,
+        "follows": -0.5,
+        "computed": -1.0,
+        "controller": -1.0,
+    },
+    1.0,
+)
 
 
-def drawn(count, truth=TRUTH, seed=0, kinds=12):
-    """Accusations that follow a model, on flights of which each has one of so many failures."""
+def competing(values):
+    """A case where all candidates explain the same alarm."""
+    names = tuple(map(str, range(len(values))))
+    return Case(0.0, names, values, np.full((len(values), 1), Tie.HELD, np.int8))
+
+
+def drawn(count, truth=TRUTH, seed=0, most=4):
+    """Lessons that follow weights: up to so many candidates, one of whom or nobody is right."""
     rng = np.random.default_rng(seed)
     made = []
-    for i in range(count):
-        grounds = Grounds(
-            float(rng.uniform(0.05, 0.99)),
-            float(np.exp(rng.uniform(0, 3))),
-            bool(rng.random() < 0.6),
-            bool(rng.random() < 0.7),
-        )
-        right = bool(rng.random() < truth.confidence(grounds))
-        likes = frozenset({f"flight {i}", f"part {i % kinds}"})
-        made.append(Accusation(f"flight {i}", likes, 1, grounds, 0.5, right))
+    for _ in range(count):
+        values = rng.uniform(0.0, 2.0, size=(rng.integers(1, most + 1), len(NAMES)))
+        values[:, NAMES.index("one")] = 1.0
+        shares = truth.probabilities(competing(values))
+        chosen = rng.choice(len(values) + 1, p=[*shares, 1 - shares.sum()])
+        made.append([Lesson(values, np.arange(len(values)) == chosen, 1.0)])
     return made
 
 
-def test_weights_that_the_accusations_follow_are_found():
-    found = fit(drawn(6000))
-    assert found.intercept == pytest.approx(TRUTH.intercept, abs=0.25)
+def test_weights_that_the_lessons_follow_are_found():
+    found = fit(drawn(4000)).fitted
     for name, weight in TRUTH.weights.items():
-        assert found.weights[name] == pytest.approx(weight, abs=0.25)
+        assert found.weights[name] == pytest.approx(weight, abs=0.3), name
 
 
-def test_mean_confidence_is_the_share_right():
-    """The intercept is free: a certificate of the optimum."""
+def test_weights_do_not_depend_on_the_order_of_the_flights():
     known = drawn(300)
-    found = fit(known)
-    mean = np.mean([found.confidence(one.grounds) for one in known])
-    assert mean == pytest.approx(np.mean([one.right for one in known]), abs=1e-3)
+    one, two = fit(known).fitted, fit(known[::-1]).fitted
+    assert two.vector == pytest.approx(one.vector, abs=2e-2)
 
 
-def test_weight_that_the_data_would_turn_round_is_zero():
-    turned = replace(TRUTH, weights={**TRUTH.weights, "exclusive": -2.0})
-    found = fit(drawn(2000, turned))
-    assert found.weights["exclusive"] == 0.0
-    assert found.weights["strength"] > 0.5
+def test_probability_of_nobody_is_on_average_the_share_of_lessons_that_are_nobodys():
+    """The weight of ``one`` is free: a certificate of the optimum."""
+    known = drawn(400)
+    found = fit(known).fitted
+    said = []
+    for (lesson,) in known:
+        case = competing(lesson.features)
+        said.append(replace(found, most=1.0).probabilities(case).sum())
+    right = [lesson.right.any() for (lesson,) in known]
+    assert np.mean(said) == pytest.approx(np.mean(right), abs=1e-3)
 
 
-def test_recording_in_two_formats_counts_once():
-    known = drawn(200)
-    twice = [replace(one, copies=2) for one in known for _ in range(2)]
-    one, two = fit(known), fit(twice)
-    assert two.intercept == pytest.approx(one.intercept, abs=1e-3)
-    assert two.weights == pytest.approx(one.weights, abs=1e-3)
-    assert two.most == pytest.approx(one.most)
+def test_gradient_is_the_slope_of_the_loss():
+    known = [lesson for own in drawn(40) for lesson in own]
+    both = Lesson(known[0].features.repeat(2, axis=0), np.ones(2 * len(known[0].right), bool), 0.3)
+    problem = _Problem([*known, both])  # in the last any of several is right
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        at = rng.normal(size=len(NAMES))
+        _, gradient = problem.loss(at)
+        step = 1e-5
+        slope = [
+            (problem.loss(at + step * e)[0] - problem.loss(at - step * e)[0]) / (2 * step)
+            for e in np.eye(len(NAMES))
+        ]
+        assert gradient == pytest.approx(slope, rel=1e-5, abs=1e-5)
 
 
-def test_no_confidence_beyond_what_the_number_of_accusations_can_teach():
-    assert fit(drawn(98)).most == pytest.approx(99 / 100)
+def test_a_feature_that_is_the_same_everywhere_weighs_nothing():
+    """Its deviation is zero but for rounding."""
+    known = drawn(40)
+    for own in known:
+        own[0].features[:, NAMES.index("peak")] = 0.1
+    assert fit(known).fitted.weights["peak"] == pytest.approx(0.0, abs=1.0)
 
 
-def test_nobody_is_judged_by_his_likes():
-    """What accusations of one kind turn out to be changes nothing in their own confidence."""
-    known = drawn(120)
-    other = [replace(one, right=not one.right) if "part 3" in one.likes else one for one in known]
-    before, after = cross_validated(known), cross_validated(other)
-    same = ["part 3" in one.likes for one in known]
-    assert [b for b, is_in in zip(before, same, strict=True) if is_in] == [
-        a for a, is_in in zip(after, same, strict=True) if is_in
-    ]
-    assert any(b != a for b, a, is_in in zip(before, after, same, strict=True) if not is_in)
+def test_loss_of_one_lesson_by_hand():
+    """Two candidates as probable as nobody: a third each; weights of zero are not penalised."""
+    values = np.array([[1.0] * len(NAMES), [2.0] * len(NAMES)])
+    for right, share in (([True, False], 1 / 3), ([True, True], 2 / 3), ([False, False], 1 / 3)):
+        problem = _Problem([Lesson(values, np.array(right), 0.5)])
+        loss, _ = problem.loss(np.zeros(len(NAMES)))
+        assert loss == pytest.approx(-0.5 * np.log(share))
 
 
-def test_likes_through_the_recording_are_left_out_as_well():
-    """An accusation of another component on the very same flight does not help to judge."""
-    known = drawn(60)
-    twin = replace(known[0], likes=frozenset({"flight 0", "part 99"}), right=not known[0].right)
-    with_twin = cross_validated([*known, twin])
-    assert with_twin[0] == pytest.approx(cross_validated(known)[0], abs=1e-12)
+@pytest.mark.parametrize("scale", [-1e3, 1e3])
+def test_loss_is_finite_however_far_the_search_goes(scale):
+    problem = _Problem([lesson for own in drawn(20) for lesson in own])
+    loss, gradient = problem.loss(np.full(len(NAMES), scale))
+    assert np.isfinite(loss)
+    assert np.isfinite(gradient).all()
 
 
-def test_cross_validated_confidence_of_lawful_accusations_is_calibrated():
-    known = drawn(3000)
-    pairs = list(zip(cross_validated(known), (one.right for one in known), strict=True))
-    shares = [(one.grounds.share, one.right) for one in known]
-    assert calibration_error(pairs) < 0.03
-    assert brier(pairs) < brier(shares)
+@pytest.mark.parametrize("turned", ["alone", "late", "follows"])
+def test_weight_that_the_lessons_would_turn_round_is_zero(turned):
+    wrong = replace(TRUTH, weights={**TRUTH.weights, turned: -TRUTH.weights[turned]})
+    found = fit(drawn(1500, wrong))
+    assert found.fitted.weights[turned] == 0.0
+    low, high = found.intervals[turned]
+    assert (low == 0.0) if FEATURES[turned].sign > 0 else (high == 0.0)
+
+
+@given(st.integers(0, 10**6), st.integers(5, 30))
+@settings(max_examples=25, deadline=None)
+def test_weights_have_the_signs_that_their_features_may_have(seed, count):
+    known = drawn(count, seed=seed)
+    right = [own[0].right.any() for own in known]
+    if any(right) and not all(right):
+        found = fit(known)
+        for name, feature in FEATURES.items():
+            low, high = found.intervals[name]
+            assert low <= found.fitted.weights[name] <= high
+            assert found.fitted.weights[name] * feature.sign >= 0
+            assert min(low * feature.sign, high * feature.sign) >= 0
+
+
+def test_intervals_mostly_contain_the_weights_that_the_lessons_follow():
+    held = []
+    for seed in range(20):
+        found = fit(drawn(1000, seed=seed))
+        for name, (low, high) in found.intervals.items():
+            held.append(low <= TRUTH.weights[name] <= high)
+    assert 0.9 < np.mean(held) < 1.0
+
+
+def test_more_lessons_say_more_exactly():
+    few, many = fit(drawn(300)), fit(drawn(3000))
+    for name in NAMES:
+        assert np.ptp(many.intervals[name]) < np.ptp(few.intervals[name])
 
 
 @pytest.mark.parametrize("right", [True, False])
-def test_accusations_that_are_all_alike_teach_nothing(right):
-    with pytest.raises(UsageError, match="teach no confidence"):
-        fit([replace(one, right=right) for one in drawn(20)])
+def test_where_there_is_nothing_to_tell_apart_nothing_is_learned(right):
+    known = [[replace(own[0], right=np.full(len(own[0].right), right))] for own in drawn(20)]
+    with pytest.raises(UsageError, match="teach nothing"):
+        fit(known)
+    with pytest.raises(UsageError, match="teach nothing"):
+        fit([])
 
 
-def said(*findings):
-    """What an analysis said: components with their onsets."""
-    grounds = {"share": 0.9, "strength": 2.0, "exclusive": True, "part": True}
-    told = dict.fromkeys(("consequences", "ruled_out", "not_testable"), ())
-    return {
-        **told,
-        "findings": [
-            {
-                "rank": rank,
-                "component": name,
-                "onset_s": onset,
-                "alarm_s": onset,
-                "confidence": 0.9,
-                "grounds": grounds,
-            }
-            for rank, (name, onset) in enumerate(findings, 1)
-        ],
-        "airborne_s": 60.0,
-        "error": None,
-    }
+def test_no_probability_beyond_what_the_number_of_flights_can_teach():
+    assert fit(drawn(98)).fitted.most == pytest.approx(99 / 100)
+    assert fit([*drawn(98), []]).fitted.most == pytest.approx(99 / 100)  # it taught nothing
 
 
-def flight(key, *faults):
-    return Label(key, Path(key), "quad", "simulated", "diagnosis", faults, frozenset(), 90.0)
+# What a flight teaches.
+
+GPS = Fault("gps", "step", 40.0)
 
 
-def test_accusations_of_an_evaluation_know_their_flight_and_what_failed():
-    told = said(("gps", 41.0), ("battery", 95.0))
-    gps, motor = Fault("gps", "step", 40.0), Fault("motor_3", "stop", 40.0)
-    labels = [flight("x/a.tlog", gps), flight("x/a.BIN", gps), flight("x/b.tlog", motor)]
-    found = Evaluation(tuple(score(one, told) for one in labels), (told,) * 3)
-    one, copy, other = accusations(found)
-    assert (one.recording, one.copies, one.right, one.stated) == ("x/a", 2, True, 0.9)
-    assert copy == one
-    assert (other.likes, other.copies, other.right) == ({"x/b", "motor"}, 1, False)
-    assert one.grounds == Grounds(0.9, 2.0, True, True)
+def label(*faults, key="a.BIN", accept=(), until=None):
+    return Label(key, Path(key), "quad", "simulated", "diagnosis", faults, frozenset(accept), until)
 
 
-def test_document_of_a_model_holds_what_is_needed_to_use_it():
-    tree = confidence_document(TRUTH, {"command": "c"})
-    assert ConfidenceModel(tree["intercept"], tree["weights"], tree["most"]) == TRUTH
-    assert tree["command"] == "c"
+def flown(said, *moments, names=("gps", "baro"), origin="simulated"):
+    """A labelled flight with a case of the same candidates at each of some moments."""
+    rng = np.random.default_rng(len(moments))
+    cases = [
+        replace(
+            competing(rng.uniform(0, 2, size=(len(names), len(NAMES)))), at=float(at), names=names
+        )
+        for at in moments
+    ]
+    return Flown(said, (SimpleNamespace(cases=lambda: iter(cases)),), origin, ())
 
 
-def test_page_shows_the_figures_of_the_shipped_weights():
-    tree = json.loads((ROOT / "fdi" / "diagnosis" / FILE).read_text("utf-8"))
-    page = (ROOT / "docs" / "evaluation.md").read_text("utf-8")
-    _, _, rest = page.partition("<!-- confidence: begin -->")
-    block, end, _ = rest.partition("<!-- confidence: end -->")
-    assert end
-    assert f"`{tree['command']}` printed: {tree['right']} of {tree['accusations']}" in block
-    assert f"Brier score {tree['brier_cross_validated']:.3f}" in block
-    assert f"Brier score {tree['brier_of_the_share']:.3f}" in block
-    for name, weight in tree["weights"].items():
-        assert f"| {name} |" in block
-        assert f"| {weight:.2f} |" in block
+def taught(*args, **more):
+    return [lesson.right.tolist() for lesson in lessons(flown(*args, **more))]
+
+
+def test_before_a_fault_it_is_nobodys_and_from_then_on_it_is_a_right_one():
+    assert taught(label(GPS), 20, 30, 40, 50) == [[False, False]] * 2 + [[True, False]] * 2
+
+
+@pytest.mark.parametrize(("at", "counts"), [(37.75, False), (38.0, True)])
+def test_what_begins_a_moment_before_the_onset_belongs_to_it(at, counts):
+    assert taught(label(GPS), at) == [[counts, False]]
+
+
+def test_on_a_healthy_flight_it_is_always_nobodys():
+    assert taught(label(), 20, 90) == [[False, False]] * 2
+
+
+def test_every_accepted_component_is_right():
+    assert taught(label(GPS, accept=["baro"]), 50) == [[True, True]]
+
+
+def test_where_none_of_the_candidates_is_right_it_is_nobodys():
+    assert taught(label(Fault("battery", "step", 40.0)), 50) == [[False, False]]
+
+
+@pytest.mark.parametrize(("at", "counts"), [(60.0, 1), (60.25, 0)])
+def test_what_begins_after_the_end_of_what_counts_teaches_nothing(at, counts):
+    assert len(taught(label(GPS, until=60.0), at)) == counts
+    assert len(taught(label(until=60.0), at)) == counts
+
+
+def test_only_the_first_after_the_fault_teach():
+    found = taught(label(GPS), *range(10, 30), *range(40, 60))
+    assert found.count([False, False]) == 20
+    assert found.count([True, False]) == AFTER
+
+
+def test_cases_of_one_flight_count_as_their_root_before_the_fault_and_after():
+    found = lessons(flown(label(GPS), 10, 15, 20, 25, 50, 55, 60, 65))
+    assert sum(one.weight for one in found if not one.right.any()) == pytest.approx(2.0)
+    assert sum(one.weight for one in found if one.right.any()) == pytest.approx(2.0)
+
+
+def flights():
+    every = [flown(label(GPS, key=f"x/{i}.BIN"), 20, 40, 50) for i in range(4)]
+    return [*every, flown(label(key="x/healthy.BIN"), 20, 40, 60, 80)]
+
+
+def twice(every):
+    """The same flights with each recorded in a second format as well."""
+    other = [
+        replace(one, label=replace(one.label, path=one.label.path.with_suffix(".tlog")))
+        for one in every
+    ]
+    return [*every, *other]
+
+
+def test_a_recording_in_two_formats_counts_once():
+    one, two = fit(lessons_of(flights())), fit(lessons_of(twice(flights())))
+    assert two.fitted.vector == pytest.approx(one.fitted.vector, abs=1e-2)
+    assert np.array([*two.intervals.values()]) == pytest.approx(
+        np.array([*one.intervals.values()]), abs=2e-2
+    )
+
+
+def test_a_recording_in_two_formats_makes_nobody_surer():
+    one, two = fit(lessons_of(flights())), fit(lessons_of(twice(flights())))
+    assert two.fitted.most == one.fitted.most
+    assert two.flights == one.flights == 5
+
+
+def test_a_flight_knows_its_recording_and_the_kinds_of_what_failed():
+    one = flown(label(Fault("motor_3", "stop", 40.0), GPS, key="x/a.BIN"))
+    assert one.recording == "x/a"
+    assert one.components == {"motor", "gps"}
+    # and of what may be said to have failed
+    other = flown(label(GPS, accept=["motor_1", "esc"], key="x/b.BIN"))
+    assert other.components == {"gps", "motor", "esc"}
+
+
+# What is written.
+
+
+def test_document_holds_what_is_needed_to_use_the_weights():
+    found = fit(drawn(200))
+    again = fitted_of(fitted_document(found))
+    assert again.vector == pytest.approx(found.fitted.vector, abs=1e-4)
+    assert again.most == pytest.approx(found.fitted.most, abs=1e-4)
+    assert fitted_document(found)["cases"] == 200
+    assert fitted_document(found)["recordings"] == 200
+
+
+def test_table_has_a_line_for_every_feature_with_its_interval():
+    found = fit(drawn(200))
+    lines = fit_text(found).splitlines()
+    for name, (low, high) in found.intervals.items():
+        (line,) = [line for line in lines if line.startswith(f"| {name} |")]
+        assert line.split(" | ")[1:4] == [
+            f"{value:.2f}" for value in (found.fitted.weights[name], low, high)
+        ]

@@ -19,10 +19,10 @@ from fdi.diagnosis import (
     Evidence,
     Finding,
     First,
-    Grounds,
     NotTestable,
     Open,
     RuledOut,
+    Term,
     WouldShow,
     diagnose,
 )
@@ -178,7 +178,8 @@ def by_hand() -> dict[str, Any]:
                 0.75,
                 (),
                 evidence,
-                Grounds(0.9, 3.0, False, True),
+                (Term("alone", "a test that concerns nobody else", 2.5),),
+                (("barometer", 0.04),),
             ),
         ),
         "consequences": (

@@ -1,13 +1,10 @@
-"""Which alarms a flight holds: every one once, with its bounds, cut where they pause."""
-
-from itertools import pairwise
+"""Which alarms a flight holds: every one once, with its bounds."""
 
 import numpy as np
-import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.diagnosis.episodes import EPISODE_GAP_S, Run, episodes, find_runs
+from fdi.diagnosis.alarm_runs import find_runs
 
 from .build import CONFIRM_S, RATE, alarms_of, bank_of, model
 
@@ -40,7 +37,6 @@ def test_alarm_that_is_never_certain_is_none():
 
 
 @given(raised, whole, st.integers(1, 100))
-@settings(deadline=None)
 def test_runs_are_the_alarms_in_the_time_asked_for_each_once(raised, start, length):
     alarms = alarms_of(BANK, raised)
     end = start + length
@@ -61,30 +57,7 @@ def test_runs_are_the_alarms_in_the_time_asked_for_each_once(raised, start, leng
 
 
 @given(raised, whole)
-@settings(deadline=None)
 def test_what_ends_before_a_moment_does_not_depend_on_what_follows(raised, cut):
     alarms = alarms_of(BANK, raised)
     until = find_runs(alarms, 0, cut)
     assert all(run in until for run in find_runs(alarms, 0, 200) if run.end < cut)
-
-
-spans = st.lists(st.tuples(st.floats(0, 200), st.floats(0.5, 20)), max_size=12)
-
-
-@given(spans)
-def test_episodes_are_the_runs_in_order_cut_at_every_longer_pause_and_nowhere_else(spans):
-    runs = [Run(i, 0, 0, on, on, on + lasts, 3.0) for i, (on, lasts) in enumerate(sorted(spans))]
-    found = episodes(runs)
-    assert [run for episode in found for run in episode] == runs
-    assert all(found)
-    for earlier, later in pairwise(found):
-        assert later[0].onset > max(run.end for run in earlier) + EPISODE_GAP_S
-    for episode in found:
-        for number, run in enumerate(episode[1:], 1):
-            assert run.onset <= max(r.end for r in episode[:number]) + EPISODE_GAP_S
-
-
-@pytest.mark.parametrize(("pause", "count"), [(4.75, 1), (5.0, 1), (5.25, 2)])
-def test_pause_of_five_seconds_is_still_one_episode(pause, count):
-    alarms = alarms_of(BANK, {0: [(10, 20)], 1: [(20 + pause, 40)]})
-    assert len(episodes(find_runs(alarms, 0, 100))) == count

@@ -1,12 +1,10 @@
-"""Which alarms does a flight hold, and which of them belong together?
+"""Which alarms does a flight hold?
 
-In: alarms over time. Out: a ``Run`` for each of them, in the order of onset, and the runs cut into
-episodes: stretches without a longer pause.
+In: alarms over time. Out: a ``Run`` for each of them, in the order of onset.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -15,8 +13,6 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 
-EPISODE_GAP_S: Final = 5.0
-"""Alarms with a longer pause between them belong to different episodes."""
 AHEAD: Final = 0.75
 """Share of a window's look-ahead by which its alarm begins before the change."""
 
@@ -71,15 +67,3 @@ def _whole(alarm: NDArray[np.bool_], first: int, stop: int) -> tuple[int, int]:
     quiet_after = np.flatnonzero(~alarm[stop:])
     begin = int(quiet_before[-1]) + 1 if len(quiet_before) else 0
     return begin, stop + (int(quiet_after[0]) if len(quiet_after) else len(alarm) - stop)
-
-
-def episodes(found: Sequence[Run]) -> list[list[Run]]:
-    """Return the runs cut into episodes."""
-    result: list[list[Run]] = []
-    end = -np.inf
-    for run in found:
-        if not result or run.onset > end + EPISODE_GAP_S:
-            result.append([])
-        result[-1].append(run)
-        end = max(end, run.end)
-    return result

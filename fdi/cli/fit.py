@@ -1,0 +1,58 @@
+"""The command ``fdi fit``: the weights of the diagnosis, from labelled flights."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import rich_click as click
+
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, WORKERS, policy_option
+from fdi.cli.output import answer, progress_bar
+from fdi.errors import OutputError
+
+
+@click.command(epilog="Example: fdi fit flights/labels.json --out likelihood.json")
+@click.argument("labels", metavar="LABELS.json...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the weights there; the package reads fdi/diagnosis/likelihood.json.",
+)
+@policy_option()
+@click.option("--force", is_flag=True, help="Replace FILE where it exists.")
+@WORKERS
+@NO_PROGRESS
+def fit(
+    labels: Sequence[str],
+    out: Path | None,
+    policy: str,
+    force: bool,
+    workers: int | None,
+    no_progress: bool,
+) -> int:
+    """Fit the weights of the diagnosis to the flights that one LABELS.json or several describe.
+
+    Prints each weight with its interval of 95 %. What the weights are worth on flights that they
+    have not seen, fdi evaluate tells.
+    """
+    if out is not None and out.exists() and not force:
+        raise OutputError("exists", where=str(out), hint="name another file, or give --force")
+    from fdi.evaluation import evaluate, load_labels
+    from fdi.evaluation.fitting import fit as run
+    from fdi.evaluation.fitting import fit_text, fitted_document, lessons_of
+    from fdi.report import json_text
+    from fdi.report.folder import write_file
+
+    wanted = [one for path in labels for one in load_labels(path)]
+    count = workers if workers is not None else os.cpu_count() or 1
+    with progress_bar(not no_progress) as progress:
+        flown = evaluate(wanted, policy=policy, workers=count, progress=progress).flown
+    found = run(lessons_of(flown))
+    if out is not None:
+        write_file(out, json_text(fitted_document(found)).encode())
+    answer(fit_text(found))
+    return 0

@@ -1,0 +1,179 @@
+"""What speaks for and against a component, as numbers that know no names?
+
+In: what the tests of a flight did around a moment (`Doings`), and how a component is tied to each.
+Out: a value for every one of `FEATURES`. A feature speaks of relations (its own test, a test that
+concerns nobody else, what disturbs it), never of components, so the weights that are fitted on some
+of them hold for one that no flight ever had. Each has the sign that its weight may take: more
+evidence never makes an accusation less likely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.decision.concerns import Concerns, Tie
+from fdi.model.evaluate import Floats
+
+MOST: Final = 20.0
+"""Times its threshold; more says no more, and a stuck number may be anything."""
+LEAST: Final = 0.05
+"""Of its threshold; less is as quiet as can be."""
+WELL: Final = 0.5
+"""Of its threshold; a test that stays above has not come to rest after an alarm."""
+SIMULTANEOUS_S: Final = 2.0
+"""Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
+
+
+class Feature(NamedTuple):
+    """The sign that a weight may have, and what the feature says, for a person."""
+
+    sign: int
+    words: str
+
+
+FEATURES: Final[Mapping[str, Feature]] = {
+    "one": Feature(0, "before any evidence"),
+    "tests": Feature(1, "how many tests of it alarm"),
+    "peak": Feature(1, "how far the strongest of them goes"),
+    "alone": Feature(1, "an alarm that concerns nobody else"),
+    "fit": Feature(1, "how much of what alarms and what is quiet one fault of it explains"),
+    "near": Feature(1, "how close its own tests come to their thresholds"),
+    "healed": Feature(-1, "how long it has been well again"),
+    "late": Feature(-1, "how long after the first alarm its own come"),
+    "explains": Feature(1, "alarms, not before its own, of what it disturbs"),
+    "follows": Feature(-1, "alarms, not after its own, of what disturbs it"),
+    "computed": Feature(-1, "it has no parts that break"),
+    "controller": Feature(-1, "it is a program, and does as well as what it is given"),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Doings:
+    """What the tests of a flight did around the moment ``at``, s; r tests.
+
+    Attributes
+    ----------
+    alarmed, judged : (r,) bool
+        Of the second it is known for most of the time what they did.
+    onset, over : (r,) float
+        s, of the alarms; inf and -inf without one.
+    near : (r,) float
+        Logarithm of the largest share of its threshold that a test reached.
+    t : (m,) float
+        s, from that moment to the end of what counts of the flight.
+    share : (r, m) float32
+        Of its threshold that a test reaches then; NaN where that is not known.
+    """
+
+    at: float
+    alarmed: NDArray[np.bool_]
+    judged: NDArray[np.bool_]
+    onset: Floats
+    over: Floats
+    near: Floats
+    t: Floats
+    share: NDArray[np.float32]
+
+    def well_again(self, rows: NDArray[np.bool_]) -> float:
+        """Return for how long some tests have been well since their alarms, s.
+
+        A moment counts by how far below half of its threshold the worst of them is: a test that
+        stays above has not healed.
+        """
+        first = int(np.searchsorted(self.t, self.over[rows].max(), "right"))
+        after = self.share[rows, first:].astype(float)
+        if after.size == 0:
+            return 0.0
+        worst = np.where(np.isfinite(after), after, -1.0).max(axis=0)
+        known = worst >= 0
+        return float(np.maximum(1.0 - worst[known] / WELL, 0.0).sum() * (self.t[1] - self.t[0]))
+
+
+def features(
+    asked: Sequence[str],
+    ties: Mapping[str, NDArray[np.int8]],
+    reach: Mapping[str, frozenset[str]],
+    done: Doings,
+    whom: Concerns,
+) -> Floats:
+    """Return the values of all features for some components, (c, len(FEATURES)).
+
+    Parameters
+    ----------
+    asked : sequence of str
+        Components, of each of which at least one alarming test speaks.
+    ties : mapping
+        Of every component the (r,) `Tie` to each test.
+    reach : mapping
+        Of every component those that its failure disturbs.
+    done : Doings
+    whom : Concerns
+    """
+    # an alarm at its threshold is hardly evidence, one far beyond it is much
+    evidence = np.where(done.alarmed, np.maximum(done.near, 0.0), 0.0)
+    own = {name: _most(evidence[tie == Tie.HELD]) for name, tie in ties.items()}
+    began = {
+        name: float(done.onset[(tie == Tie.HELD) & done.alarmed].min(initial=np.inf))
+        for name, tie in ties.items()
+    }
+    rows = []
+    for name in asked:
+        component, tie = whom.components[name], ties[name]
+        held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
+        judged = (tie == Tie.HELD) & done.judged
+        alone = held & np.array([len(whom.of(row)) == 1 for row in range(len(tie))], bool)
+        since = float(done.onset[mine].min())
+        above = [n for n in ties if name in reach[n] and began[n] <= since + SIMULTANEOUS_S]
+        below = [n for n in reach[name] if n in own and began[n] >= since - SIMULTANEOUS_S]
+        values = {
+            "one": 1.0,
+            "tests": np.log1p(len(set(whom.residual[mine]))),
+            "peak": _most(np.maximum(done.near[mine & ~whom.supports], 0.0)),
+            "alone": _most(evidence[alone & ~whom.supports]),
+            "fit": _fit(name, done, evidence, whom),
+            "near": min(float(done.near[judged].max()), 0.0) if judged.any() else 0.0,
+            "healed": np.log1p(done.well_again(mine)),
+            "late": np.log1p(max(since - done.at, 0.0)),
+            "explains": max((own[n] for n in below), default=0.0),
+            "follows": max((own[n] for n in above), default=0.0),
+            "computed": float(component.computed),
+            "controller": float(component.group == "autopilot"),
+        }
+        rows.append([values[feature] for feature in FEATURES])
+    return np.array(rows, float).reshape(len(asked), len(FEATURES))
+
+
+def _most(values: Floats) -> float:
+    return float(values.max(initial=0.0))
+
+
+def _fit(name: str, done: Doings, evidence: Floats, whom: Concerns) -> float:
+    """Return which share of all that alarms, and of what is quiet, the best of its faults explains.
+
+    Each equation left over counts once, by the strongest of its tests that hold the fault.
+    """
+    counts = done.judged & ~whom.supports
+    total, best = sum(_strongest(evidence, counts & done.alarmed, whom).values()), 0.0
+    for fault, component in whom.component.items():
+        if component != name or fault in whom.suspected:
+            continue
+        holds = counts & np.array([fault in faults for faults in whom.faults], bool)
+        hit = sum(_strongest(evidence, holds & done.alarmed, whom).values())
+        missed = len(set(whom.residual[holds & ~done.alarmed]))
+        # the 1 is chance, as nobody has it in the likelihood: what hardly alarms hardly fits
+        best = max(best, hit / (1.0 + total + missed))
+    return best
+
+
+def _strongest(evidence: Floats, among: NDArray[np.bool_], whom: Concerns) -> dict[int, float]:
+    """Return the largest evidence among some tests of each equation left over."""
+    found: dict[int, float] = {}
+    for row in np.flatnonzero(among):
+        left = int(whom.residual[row])
+        found[left] = max(found.get(left, 0.0), float(evidence[row]))
+    return found
