@@ -59,6 +59,30 @@ def test_values_have_the_scale_of_their_character_once(load):
     assert not log.quality
 
 
+@pytest.mark.parametrize(
+    ("version", "share"),
+    [
+        ("ArduCopter V3.1 (abcdef01)", 0.01),
+        ("APM:Copter V3.3-dev (abcdef01)", 0.01),
+        ("APM:Copter V3.4 (abcdef01)", 1.0),
+        ("ArduCopter V3.30 (abcdef01)", 1.0),
+        ("ArduCopter V4.6.3 (abcdef01)", 1.0),
+    ],
+)
+def test_rates_are_hundredths_of_a_degree_until_copter_3_4(load, version, share):
+    head = HEAD.replace(b"ArduCopter V3.1 (abcdef01)", version.encode())
+    layout = (
+        b"FMT, 5, 55, RATE, Iffffffffffff, TimeMS,RDes,R,ROut,PDes,P,POut,YDes,Y,YOut,ADes,A,AOut\n"
+    )
+    rates = b"".join(
+        b"RATE, %d, 1, 90, 0.25, 1, 1, 0, 1, 1, 0, 1, 1, 0\n" % (1000 + 100 * i) for i in range(20)
+    )
+    log = load(head + layout + b"".join(attitude(i) for i in range(20)) + rates)
+    np.testing.assert_allclose(log["RATE"].si("R"), np.deg2rad(90 * share), rtol=1e-12)
+    np.testing.assert_allclose(log["RATE"].si("ROut"), 0.25)
+    np.testing.assert_allclose(log["ATTITUDE"].si("rollspeed"), np.deg2rad(90 * share), rtol=1e-12)
+
+
 def test_text_with_commas_is_whole_and_what_stands_before_the_records_is_a_text(load):
     texts = {event.text for event in load(small()).events if event.kind == "text"}
     assert {"hello, world, again", "Free RAM: 1000"} <= texts

@@ -7,6 +7,7 @@ units from `layouts`, events from `events`. To the messages of the log itself co
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -38,6 +39,9 @@ from fdi.telemetry.quality import Kind, QualityRecord
 from fdi.units import Conversion
 
 _APART_S: Final = 1e-6
+_CENTIDEGREES: Final = re.compile(r"(APM:|Ardu)Copter V(2|3\.[0-3])(?!\d)")
+"""Copter logs rates in degrees a second since 3.4, whose controllers count in radians."""
+_RATES: Final = ("RDes", "R", "PDes", "P", "YDes", "Y")
 
 
 class Finding(NamedTuple):
@@ -87,6 +91,8 @@ def make_log(
         by_name, values, (event.text for event in texts), autopilot="ardupilot"
     )
     own = _messages(timed, units)
+    if "RATE" in own and _CENTIDEGREES.match(name or ""):
+        own["RATE"] = _in_hundredths(own["RATE"])
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, "ardupilot", vehicle)
@@ -205,6 +211,15 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
         message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
         made[message.key] = message
     return made
+
+
+def _in_hundredths(rates: Message) -> Message:
+    """Return a message whose rates are hundredths of what their unit says."""
+    for field in _RATES:
+        if field in rates:
+            told = rates.columns[field].conversion
+            rates = rates.with_conversion(field, told._replace(scale=told.scale / 100))
+    return rates
 
 
 def _is_count(field: Field, conversion: Conversion) -> bool:
