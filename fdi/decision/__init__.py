@@ -11,6 +11,7 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``bounds.py``: how far each residual of a flight may stray
 - ``learned.py``: what healthy flights of one vehicle say about each test
 - ``resampling.py``: other noise of the same kind as a flight's own
+- ``scatter.py``: whether a residual has begun to scatter
 - ``judging.py``: which residuals are beyond their bounds, and which triggers are alarms
 - ``concerns.py``: whom each residual concerns
 - ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for

@@ -41,8 +41,8 @@ class Alarms:
     alarm : (r, n) bool
         Triggers that persisted, from their first sample on.
     strength : (r, n) float
-        |residual - centre| over threshold, or |mean| over its threshold where that is more; above
-        one where triggered.
+        |residual - centre| over threshold, or |mean| or scatter over its own where that is more;
+        above one where triggered.
     certain : (r, n) bool
         The samples of an alarm from which on it is certain.
     delay_s : (r,) float
@@ -53,6 +53,9 @@ class Alarms:
     mean, mean_threshold : (r, n) float
         The trailing mean that shows what is small but lasts, and its threshold, in each residual's
         unit; NaN where it is not judged.
+    scatter : (r, n) float
+        How much a test has scattered over the last seconds, times what it did at first; NaN where
+        that is not judged.
     scale : float
         Of the thresholds of noise, for the policy's budget of false accusations.
     """
@@ -69,6 +72,7 @@ class Alarms:
     unfit: NDArray[np.bool_]
     mean: NDArray[np.float64]
     mean_threshold: NDArray[np.float64]
+    scatter: NDArray[np.float64]
     scale: float = 1.0
 
     def __repr__(self) -> str:

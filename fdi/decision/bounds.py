@@ -23,6 +23,7 @@ from fdi.decision.noise import (
     trailing_mean,
 )
 from fdi.decision.recipes import Learned, PredictedSpread
+from fdi.decision.scatter import differences, levels
 from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.model.system import System
@@ -67,6 +68,8 @@ class Bounds:
         Means are taken here.
     unfit : (r,) bool
         Not judged.
+    level : (r,) float
+        Usual size of second differences at first, over the spread; NaN where none is judged.
     mean_spread, mean_bound : (r, n) float
         The trailing mean of the spread, and what the trailing mean of the residual may reach; NaN
         where it is not judged.
@@ -81,6 +84,7 @@ class Bounds:
     spread: Floats
     settled: NDArray[np.bool_]
     unfit: NDArray[np.bool_]
+    level: Floats
     mean_spread: Floats
     mean_bound: Floats
 
@@ -136,6 +140,7 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
         begins = spread_factors(deviation, residuals.spread, first, block // 2)
         unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
     supports = np.array([equation.supports for equation in equations], bool)
+    steady = np.array([equation.steady for equation in equations], bool)
     always = np.array([equation.always for equation in equations], bool)
     stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
     unfit = np.where(limit | supports, stands, unfit)
@@ -146,6 +151,7 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     unfit |= ~limit & has_constant & (unlearned | is_short)
     unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
+    rough = differences(over_spread(off, spread))
     ratio = normalised(off, tolerance, spread, settled)
     ratio[limit] = np.nan
     scale = np.array([one.scale for one in known])[:, None]
@@ -163,6 +169,7 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
         spread,
         settled,
         np.asarray(unfit, bool),
+        np.where(steady & ~stated, levels(rough, reference), np.nan),
         mean_spread,
         mean_bound,
     )
@@ -248,6 +255,12 @@ def normalised(
         ratio = np.clip(np.where(spread > 0, beyond / spread, np.nan), -CLIP, CLIP)
     ratio[:, ~settled] = np.nan
     return ratio
+
+
+def over_spread(off: Floats, spread: Floats) -> Floats:
+    """Return residuals over their predicted spread, NaN where there is none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(spread > 0, off / spread, np.nan)
 
 
 def _mean_bounds(mean: Floats, count: int, recipe: PredictedSpread) -> Floats:

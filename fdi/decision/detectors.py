@@ -58,6 +58,7 @@ def by_rank(recipe: Rank, residuals: Residuals, use: Use) -> Alarms:
         unfit=np.zeros(len(size), bool),
         mean=unknown,
         mean_threshold=unknown,
+        scatter=unknown,
     )
 
 

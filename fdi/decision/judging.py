@@ -3,7 +3,8 @@
 |residual - centre| beyond the tolerance plus a number of standard deviations that the stated
 accuracies predict at that very sample, widened by what the calm part shows, is a trigger; one that
 persists is an alarm, and the stronger it is the sooner. What is small but lasts shows in the
-trailing mean, whose threshold is what means of that length reach in this flight.
+trailing mean, whose threshold is what means of that length reach in this flight; noise of zero mean
+shows in the scatter (``scatter``), held against that of the flight's beginning.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
-from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
+from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised, over_spread
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
+from fdi.decision.scatter import differences, samples_of, scatter
 from fdi.residuals import Residuals
 
 SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
@@ -64,8 +66,14 @@ def judge(
     graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
     sudden, known_sudden = _sudden(graded, state, least)
     lasting, known_lasting = _lasting(beyond, slow, mean, count)
+    rough = differences(over_spread(off, bounds.spread))
+    relative, scattered = scatter(rough, bounds.level, rate_hz)
+    scattered[bounds.unfit] = np.nan
+    wild = scattered / (recipe.scatter_most or np.inf)
+    noisy, known_noisy = _lasting(relative, wild, scattered, samples_of(rate_hz))
+    lasting, known_lasting = lasting | noisy, known_lasting | known_noisy
     state[lasting & (state == QUIET)] = TRIGGERED
-    strength = np.fmax(fast, slow)
+    strength = np.fmax(np.fmax(fast, slow), wild)
     strength = np.where(state == TRIGGERED, np.minimum(strength, 1e6), strength)
     return frozen(
         residuals,
@@ -80,6 +88,7 @@ def judge(
         unfit=bounds.unfit.copy(),
         mean=mean,
         mean_threshold=mean_threshold,
+        scatter=scattered,
         scale=scale,
     )
 

@@ -36,6 +36,7 @@ class PredictedSpread:
     mean_least: float = 1.0
     mean_most: float = 4.0
     mean_levels: float = 5.0
+    scatter_most: float | None = None
     budget_per_hour: float | None = None
     least_scale: float = 1.0
     most_scale: float = 3.0

@@ -47,6 +47,7 @@ class PredictedSpreadEntry(_Entry):
     mean_least: float = Field(default=1.0, gt=0)
     mean_most: float = Field(default=4.0, gt=0)
     mean_levels: float = Field(default=5.0, gt=0)
+    scatter_most: float | None = Field(default=None, gt=1, lt=10)
     budget_per_hour: float | None = Field(default=None, ge=0.01, le=100)
     least_scale: float = Field(default=1.0, ge=0)
     most_scale: float = Field(default=3.0, ge=1)

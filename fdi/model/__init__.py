@@ -10,7 +10,8 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``cache.py``, ``codec.py``: an assembled airframe on disk
 - ``assemble.py``: from definitions to an airframe, all problems reported together
 - ``airframe.py``, ``parts.py``: the values
-- ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations
+- ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations; ``records.py``:
+  what a measured field did over a while
 - ``dimensions.py``: units
 - ``observe.py``, ``system.py``: what holds with one log, part by part, and as a value
 - ``parameters.py``: which values the parameters of a model have with a log, and what was assumed

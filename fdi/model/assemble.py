@@ -17,6 +17,9 @@ from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.dimensions import Dimension, dimension, dimension_of, quantity, spell
 from fdi.model.expression import (
+    OVER_A_WHILE,
+    OVER_RECORDS,
+    OVER_TIME,
     Apply,
     Expression,
     Number,
@@ -48,9 +51,11 @@ if TYPE_CHECKING:
 
 STILL: Final = ":still"
 RECENT: Final = ":recent"
+OVER: Final = ":over"
 SILENT: Final = ":silent"
 """Behind a field: not its value, but how long it has not changed, s; its mean over the last
-seconds; how long its message has been silent, s."""
+seconds; what ``value`` makes of a while of records; how long its message has been silent, s."""
+_SUFFIX: Final = re.compile(f"({STILL}|{RECENT}|{OVER}|{SILENT})$")
 
 ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
 """What a channel has once, however many variables it shows."""
@@ -250,6 +255,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             swings=quantity(entry.swings, unit),
             scale=entry.scale,
             supports=entry.supports,
+            steady=entry.steady,
             command=entry.command,
             says=entry.says or "",
             suspects=tuple(entry.suspects),
@@ -340,7 +346,7 @@ def _message(
         part = ("fields", field_name)
         with draft.reporting(definition, *part):
             separator = "/" if name.isdigit() else "."
-            bare = field_name.removesuffix(STILL).removesuffix(RECENT).removesuffix(SILENT)
+            bare = re.sub(_SUFFIX, "", field_name)
             channel = Channel.parse(f"{name}{separator}{bare}")
             if item.variable not in draft.units:
                 raise ModelError(f"unknown symbol {item.variable!r}")
@@ -351,19 +357,43 @@ def _message(
             if unit is None:
                 continue
             made = _measurement(channel, entry, item, trusted, unit, draft)
+            _check_over_time(made, is_over=field_name.endswith(OVER))
             if bare == field_name:
                 draft.check_column(made, definition, *part)
             if field_name.endswith(SILENT):
                 yield _silent(made)
                 continue
-            if bare != field_name:
-                is_still = field_name.endswith(STILL)
-                yield _stillness(made, item.variable, made.accuracy) if is_still else _recent(made)
+            if field_name.endswith(STILL):
+                yield _stillness(made, item.variable, made.accuracy)
+                continue
+            if field_name.endswith(RECENT):
+                yield _recent(made)
+                continue
+            if field_name.endswith(OVER):
+                over = _over(made)
+                draft.check_column(over, definition, *part)
+                yield over
                 continue
             yield replace(made, stirred=())
             if item.freeze is not None:
                 watched = _watched(made, quantity(item.freeze, dimension("s")), draft)
                 yield _stillness(made, watched)
+
+
+def _check_over_time(of: Measurement, *, is_over: bool) -> None:
+    """Raise ModelError where what is of a while stands elsewhere, or does not stand there."""
+    used: dict[str, set[str]] = {}
+    for name, part in (("value", of.value), ("when", of.when), ("reported", of.reported)):
+        nodes = walk(part) if part is not None else ()
+        used[name] = {node.operator for node in nodes if isinstance(node, Apply)} & OVER_TIME
+    allowed = OVER_RECORDS if is_over else OVER_RECORDS - OVER_A_WHILE
+    for name in sorted(used["value"] - allowed):
+        place = "equations" if name not in OVER_RECORDS else f"the value of FIELD{OVER}"
+        raise ModelError(f"{name}(...) is for {place}")
+    for name in sorted(used["when"] | used["reported"]):
+        raise ModelError(f"{name}(...) cannot stand in a condition or in what is reported")
+    if is_over and not used["value"] & OVER_A_WHILE:
+        raise ModelError("needs a value with change(x, seconds) or integral(x, seconds)")
 
 
 def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
@@ -412,6 +442,12 @@ def _recent(of: Measurement) -> Measurement:
         value=Apply("recent", (of.value or Symbol(of.channel.field),)),
         trusted=True,
     )
+
+
+def _over(of: Measurement) -> Measurement:
+    """Return what a value makes of the records of a while as an input."""
+    name = of.channel.field + OVER
+    return replace(of, channel=Channel(of.channel.message, name, of.channel.instance), trusted=True)
 
 
 def _silent(of: Measurement) -> Measurement:

@@ -18,7 +18,15 @@ from math import isclose
 from typing import Any, Final
 
 from fdi.errors import ModelError
-from fdi.model.expression import Apply, Expression, Number, Symbol, is_logical, to_text
+from fdi.model.expression import (
+    OVER_RECORDS,
+    Apply,
+    Expression,
+    Number,
+    Symbol,
+    is_logical,
+    to_text,
+)
 
 _NAME = r"[A-Za-z_%]+(?:(?:\^|\*\*)-?\d)?"
 UNIT: Final = re.compile(rf"(?:1/)?{_NAME}(?:[ */]{_NAME}){{0,5}}\Z")
@@ -128,8 +136,8 @@ def _combine(
     if operator in ("+", "-", "min", "max", "<", "<=", ">", ">=", "==", "!="):
         common = _common(arguments, inner)
         return NUMBER if is_logical(Apply(operator, arguments)) else common
-    if operator in ("still", "recent"):
-        raise ModelError(f"{operator}(x) is for the value of a measured field")
+    if operator in OVER_RECORDS:
+        raise ModelError(f"{operator}(...) is for the value of a measured field")
     if operator in ("abs", "wrap"):
         return first
     if operator in ("and", "or", "not", "sign", "bit"):

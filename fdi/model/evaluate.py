@@ -18,50 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
+from fdi.model.records import change, integral, recent, still
 from fdi.telemetry.signals import TIME
-from fdi.windows import sums_between
 
 Floats = NDArray[np.float64]
 Column = NDArray[Any]
 
 
-FEW_RECORDS: Final = 6
-RECENT_S: Final = 3.0
-"""The last seconds: longer than a command needs to change, shorter than a vehicle takes to."""
-
-
 def wrap(angle: Floats) -> Floats:
     """Return angles, rad, folded into (-pi, pi]."""
     return -np.remainder(-angle + np.pi, 2 * np.pi) + np.pi
-
-
-def _still(t: Column, values: Column) -> Floats:
-    """Return for how long, s, a quantity has been exactly the same, record by record.
-
-    A few equal records in a row happen by chance, and count as none. Until it has moved once it is
-    unknown: what never moves may be connected to nothing.
-    """
-    with np.errstate(invalid="ignore"):
-        moves = np.append(True, values[1:] != values[:-1])  # unknown is not the same
-    known = np.isfinite(values)
-    moved = np.logical_or.accumulate(np.append(False, moves[1:] & known[1:] & known[:-1]))
-    place = np.arange(len(values))
-    last = np.maximum.accumulate(np.where(moves, place, 0))
-    since: Floats = np.where(place - last >= FEW_RECORDS, t - t[last], 0.0)
-    return np.where(known & moved, since, np.nan)
-
-
-def _recent(t: Column, values: Column) -> Floats:
-    """Return the mean over the records of the last seconds, this one included; record by record.
-
-    Unknown records do not count; without so many seconds of records before it, it is unknown.
-    """
-    known = np.isfinite(values)
-    first = np.searchsorted(t, t - RECENT_S, side="right")
-    last = np.arange(1, len(t) + 1)
-    total = sums_between(np.where(known, values, 0.0), first, last)
-    mean: Floats = _divide(total, sums_between(known.astype(float), first, last))
-    return np.where(known & (t - t[:1] >= RECENT_S), mean, np.nan)
 
 
 def _divide(left: Column, right: Column) -> Column:
@@ -191,6 +157,21 @@ def holds(condition: Expression, columns: Mapping[str, Column]) -> NDArray[np.bo
     return np.asarray(truth == 1.0)
 
 
+OVER_RECORDS: Final[Mapping[str, Callable[[Column, Column], Floats]]] = {
+    "still": still,
+    "recent": recent,
+}
+OVER_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
+    "change": change,
+    "integral": integral,
+}
+
+
+def _at_each(t: Column, value: Column) -> Column:
+    """Return a value at every record: what is made of parameters alone is one number."""
+    return np.broadcast_to(value, np.shape(t))
+
+
 def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: bool) -> Column:
     match expression:
         case Number(value):
@@ -206,10 +187,13 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
             return difference
         case Apply("der" | "slope" as windowed, _):
             raise KeyError(windowed)
-        case Apply("still", (argument,)):
-            return _still(columns[TIME], _evaluate(argument, columns, real_part))
-        case Apply("recent", (argument,)):
-            return _recent(columns[TIME], _evaluate(argument, columns, real_part))
+        case Apply("still" | "recent" as name, (argument,)):
+            t = columns[TIME]
+            return OVER_RECORDS[name](t, _at_each(t, _evaluate(argument, columns, real_part)))
+        case Apply("change" | "integral" as name, (argument, Number(seconds))):
+            t = columns[TIME]
+            of = _at_each(t, _evaluate(argument, columns, real_part))
+            return OVER_A_WHILE[name](t, of, seconds)
         case Apply(operator, arguments):
             values = [_evaluate(argument, columns, real_part) for argument in arguments]
             if real_part and operator == "sqrt":

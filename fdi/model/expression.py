@@ -65,9 +65,15 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "slope": (2, 6),
     "still": (1, 1),
     "recent": (1, 1),
+    "change": (2, 2),
+    "integral": (2, 2),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
-OVER_TIME: Final = frozenset({"der", "slope", "still", "recent"})
+OVER_RECORDS: Final = frozenset({"still", "recent", "change", "integral"})
+"""Those whose value at a record depends on the records before: for measured fields only."""
+OVER_A_WHILE: Final = frozenset({"change", "integral"})
+"""Those of them that take a number of seconds: for ``FIELD:over`` only."""
+OVER_TIME: Final = OVER_RECORDS | {"der", "slope"}
 """Functions whose value at a moment depends on other moments."""
 
 LOGICAL: Final = frozenset({"and", "or", "not"})
@@ -268,7 +274,19 @@ def _call(node: ast.Call, depth: int) -> Expression:
         count = f"{low}" if low == high else f"{low} to {high}"
         raise ModelError(f"{name} takes {count} arguments, not {len(node.args)}")
     arguments = tuple(_quantity(_convert(argument, depth + 1)) for argument in node.args)
+    if name in OVER_RECORDS and not symbols(arguments[0]):
+        raise ModelError(f"{name}(...) is of a field, not of {to_text(arguments[0])}")
+    if name in OVER_A_WHILE:
+        return Apply(name, (arguments[0], _seconds(name, arguments[1])))
     return Apply(name, arguments)
+
+
+def _seconds(name: str, expression: Expression) -> Number:
+    value = _constant(expression)
+    if value is None or not value > 0:
+        text = to_text(expression)
+        raise ModelError(f"{name}(x, seconds) takes a positive number of seconds, not {text}")
+    return Number(value)
 
 
 def _quantity(expression: Expression) -> Expression:

@@ -22,7 +22,17 @@ from fdi.errors import ModelError
 from fdi.model.calculus import isolate
 from fdi.model.dimensions import Dimension, dimension
 from fdi.model.evaluate import evaluate, holds
-from fdi.model.expression import Expression, Number, Symbol, differential, substitute, symbols
+from fdi.model.expression import (
+    OVER_A_WHILE,
+    Apply,
+    Expression,
+    Number,
+    Symbol,
+    differential,
+    substitute,
+    symbols,
+    walk,
+)
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.parts import (
     MEASURED,
@@ -270,7 +280,12 @@ def request_of(
         stirred=measurement.stirred,
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
+        over=value is not None and any(_is_over(node) for node in walk(value)),
     )
+
+
+def _is_over(node: Expression) -> bool:
+    return isinstance(node, Apply) and node.operator in OVER_A_WHILE
 
 
 def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[Any]]:

@@ -164,6 +164,8 @@ class Equation:
         Share of the change of its left side since the flight's beginning by which that may be off.
     supports : bool
         A violation supports an accusation, and accuses nobody by itself.
+    steady : bool
+        Manoeuvres do not make its two sides differ: if they begin to scatter, that is noise.
     always : bool
         Of a limit: violated from the beginning it tells a fault that was there before, and not
         under what conditions this flight was made.
@@ -191,6 +193,7 @@ class Equation:
     swings: float = 0.0
     scale: float = 0.0
     supports: bool = False
+    steady: bool = False
     always: bool = False
     command: bool = False
     says: str = ""

@@ -116,6 +116,7 @@ class EquationEntry(_Entry):
     swings: Quantity = 0.0
     scale: float = Field(default=0.0, ge=0)
     supports: bool = False
+    steady: bool = False
     command: bool = False
     says: Clause | None = None
 

@@ -52,6 +52,7 @@ class SystemEquation:
     swings: float = 0.0
     scale: float = 0.0
     supports: bool = False
+    steady: bool = False
     always: bool = False
     command: bool = False
     says: str = ""

@@ -14,6 +14,7 @@ import numpy as np
 
 from fdi.decision.alarms import UNKNOWN
 from fdi.decision.concerns import Concerns, concerns
+from fdi.decision.scatter import SCATTER_S
 from fdi.diagnosis.values import runs
 from fdi.errors import UsageError
 from fdi.report.words import clean
@@ -121,6 +122,10 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
         if len(known):
             low, middle, high = np.quantile(known, (0.05, 0.5, 0.95)) * scale
             yield f"  {what}: {middle:.4g}{unit} (5 to 95 %: {low:.4g} to {high:.4g})"
+    scatter = alarms.scatter[row][np.isfinite(alarms.scatter[row])]
+    if len(scatter):
+        top = float(scatter.max())
+        yield f"  scatter over {SCATTER_S:g} s, times what it was at first: up to {top:.2f}"
     yield f"  scale of the thresholds, for the false-alarm budget: {alarms.scale:.3g}"
     raised = runs(residuals.t, alarms.alarm[row])
     for start, end in raised[:MOST_ALARMS]:

@@ -96,6 +96,8 @@ class Request:
         Computes the accuracy that the message itself reports, from ``told``, its fields.
     latency, latency_accuracy : float
         s, taken off the record times; how well that is known.
+    over : bool
+        ``value`` is of a while of records, and those that are not valid are unknown to it.
     """
 
     channel: Channel
@@ -110,6 +112,7 @@ class Request:
     stirred: tuple[tuple[Channel, float], ...] = ()
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
+    over: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,12 +324,13 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
     with np.errstate(all="ignore"):
-        known = {**fields, TIME: t}
+        valid = None if request.valid is None else _valid(material, request.valid, fields, t)
+        known = {**(_only(fields, valid) if request.over else fields), TIME: t}
         found = request.value(known) if request.value else fields[request.channel.field]
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
         value[~np.isfinite(value)] = np.nan
-        if request.valid is not None:
-            value[~_valid(material, request.valid, fields, t)] = np.nan
+        if valid is not None:
+            value[~valid] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
     if request.stirred:
         value[(value > 0) & ~_stirred(material, request, t, t - value)] = np.nan
@@ -411,6 +415,16 @@ def _valid(
     state = flight_state(t, material.events, material.flights)
     known = {**fields, **state.named()}
     return np.broadcast_to(np.asarray(valid(known), np.bool_), t.shape)
+
+
+def _only(fields: Columns, valid: NDArray[np.bool_] | None) -> Columns:
+    """Return fields whose numbers are unknown where a record is not valid."""
+    if valid is None:
+        return fields
+    return {
+        name: np.where(valid, own, np.nan) if own.dtype.kind in "fiub" else own
+        for name, own in fields.items()
+    }
 
 
 def _ascending(t: Floats, value: Floats, equal: str) -> tuple[Floats, Floats]:

@@ -27,6 +27,7 @@ WEIGHTS = Fitted(
         "alone": 2.5,
         "fit": 3.8,
         "near": 1.5,
+        "quiet": 0.5,
         "healed": -0.75,
         "late": -1.5,
         "explains": 1.5,
@@ -138,6 +139,7 @@ def alarms_of(
         unfit=np.zeros(count, bool),
         mean=np.full(state.shape, np.nan),
         mean_threshold=np.full(state.shape, np.nan),
+        scatter=np.full(state.shape, np.nan),
     )
     return replace(made, **changes)
 

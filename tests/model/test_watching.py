@@ -5,9 +5,10 @@ import pytest
 
 from fdi.errors import ModelError
 from fdi.model import load_airframe
-from fdi.model.evaluate import FEW_RECORDS, evaluate
+from fdi.model.evaluate import evaluate
 from fdi.model.expression import parse
 from fdi.model.parts import Kind
+from fdi.model.records import FEW_RECORDS
 from fdi.telemetry.signals import TIME
 
 TEXT = """format: 1

@@ -1,0 +1,112 @@
+"""What did a quantity do lately, record by record? Functions of the records before a moment.
+
+In: the times of a message's records, s, and a quantity at each; NaN is unknown. Out: a column of
+the same length. They are for the values of measured fields (``:still``, ``:recent``, ``:over``), at
+the rate at which the log has them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.windows import sums_between
+
+Floats = NDArray[np.float64]
+Column = NDArray[Any]
+
+FEW_RECORDS: Final = 6
+RECENT_S: Final = 3.0
+"""The last seconds: longer than a command needs to change, shorter than a vehicle takes to."""
+GAP_PERIODS: Final = 3.0
+GAP_S: Final = 1.0
+"""A gap is longer than both: nothing is known of what lies in it."""
+
+
+def still(t: Column, values: Column) -> Floats:
+    """Return for how long, s, a quantity has been exactly the same.
+
+    A few equal records in a row happen by chance, and count as none. Until it has moved once it is
+    unknown: what never moves may be connected to nothing.
+    """
+    with np.errstate(invalid="ignore"):
+        moves = np.append(True, values[1:] != values[:-1])  # unknown is not the same
+    known = np.isfinite(values)
+    moved = np.logical_or.accumulate(np.append(False, moves[1:] & known[1:] & known[:-1]))
+    place = np.arange(len(values))
+    last = np.maximum.accumulate(np.where(moves, place, 0))
+    since: Floats = np.where(place - last >= FEW_RECORDS, t - t[last], 0.0)
+    return np.where(known & moved, since, np.nan)
+
+
+def recent(t: Column, values: Column) -> Floats:
+    """Return the mean over the records of the last seconds, this one included.
+
+    Unknown records do not count; without so many seconds of records before it, it is unknown.
+    """
+    known = np.isfinite(values)
+    first = np.searchsorted(t, t - RECENT_S, side="right")
+    last = np.arange(1, len(t) + 1)
+    total = sums_between(np.where(known, values, 0.0), first, last)
+    number = sums_between(known.astype(float), first, last)
+    mean: Floats = np.divide(total, number, out=np.full(len(t), np.nan), where=number > 0)
+    return np.where(known & (t - t[:1] >= RECENT_S), mean, np.nan)
+
+
+def change(t: Column, values: Column, seconds: float) -> Floats:
+    """Return by how much a quantity has changed since so many seconds ago.
+
+    Between two records it lies on their line. Unknown where a gap lies on the way.
+
+    Examples
+    --------
+    >>> change(np.arange(5.0), np.array([0.0, 1.0, 4.0, 9.0, 16.0]), 2.0).tolist()
+    [nan, nan, 4.0, 8.0, 12.0]
+    """
+    known, at, ended = _records(t, values)
+    found = np.full(len(t), np.nan)
+    if len(at):
+        own, before = values[known], at - seconds
+        found[known] = np.where(before >= ended, own - np.interp(before, at, own), np.nan)
+    return found
+
+
+def integral(t: Column, values: Column, seconds: float) -> Floats:
+    """Return the integral of a quantity over the last seconds, by trapezoids.
+
+    Unknown where a gap lies on the way.
+
+    Examples
+    --------
+    >>> integral(np.arange(5.0), np.array([0.0, 2.0, 4.0, 6.0, 8.0]), 2.0).tolist()
+    [nan, nan, 4.0, 8.0, 12.0]
+    """
+    known, at, ended = _records(t, values)
+    found = np.full(len(t), np.nan)
+    if len(at) < 2:
+        return found
+    own, before = values[known], at - seconds
+    steps = np.append(np.diff(at) * (own[1:] + own[:-1]) / 2, 0.0)
+    place = np.arange(len(at))
+    first = np.minimum(np.searchsorted(at, before, side="right"), place)
+    whole = sums_between(steps, first, np.maximum(place, first + 1))
+    part = (at[first] - before) * (np.interp(before, at, own) + own[first]) / 2
+    total = np.where(first < place, whole, 0.0) + part
+    found[known] = np.where(before >= ended, total, np.nan)
+    return found
+
+
+def _records(t: Column, values: Column) -> tuple[NDArray[np.intp], Floats, Floats]:
+    """Return which records are known, when they came, and when the last gap before each ended.
+
+    In the order of time: the stamps of a recorder may go back.
+    """
+    known = np.flatnonzero(np.isfinite(values))
+    known = known[np.argsort(t[known], kind="stable")]
+    at = np.asarray(t[known], np.float64)
+    steps = np.diff(at)
+    longest = max(GAP_S, GAP_PERIODS * float(np.median(steps))) if len(steps) else GAP_S
+    ended = np.maximum.accumulate(np.append(at[:1], np.where(steps > longest, at[1:], at[:1])))
+    return known, at, ended

@@ -1,0 +1,301 @@
+"""What a quantity did over the last seconds: known answers, gaps, and wild values."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.errors import ModelError
+from fdi.model import load_airframe
+from fdi.model.evaluate import evaluate
+from fdi.model.expression import Apply, Number, Symbol, parse, to_text
+from fdi.model.records import GAP_S, change, integral, recent, still
+from fdi.telemetry.signals import TIME
+
+FUNCTIONS = (change, integral)
+EACH = pytest.mark.parametrize("function", FUNCTIONS)
+ALL = pytest.mark.parametrize("function", [still, recent, *FUNCTIONS])
+
+
+def of(function, t, values):
+    """What a function of records says, over 2 s where it takes a number of seconds."""
+    given_ = (np.asarray(t, float), np.asarray(values, float))
+    return function(*given_, 2.0) if function in FUNCTIONS else function(*given_)
+
+
+# Steps of 0.05 to 0.9 s: no gap among them.
+TIMES = st.lists(st.floats(0.05, 0.9), min_size=2, max_size=60).map(np.cumsum)
+NUMBERS = st.floats(-100, 100)
+SECONDS = st.floats(0.1, 30)
+
+
+@given(TIMES, NUMBERS, NUMBERS, SECONDS)
+def test_a_line_changes_by_its_slope(t, slope, start, seconds):
+    found = change(t, start + slope * t, seconds)
+    known = t - seconds >= t[0]
+    assert np.array_equal(np.isfinite(found), known)
+    np.testing.assert_allclose(found[known], slope * seconds, atol=1e-9)
+
+
+@given(TIMES, NUMBERS, SECONDS)
+def test_a_constant_integrates_to_itself_times_the_seconds(t, value, seconds):
+    found = integral(t, np.full(len(t), value), seconds)
+    known = t - seconds >= t[0]
+    assert np.array_equal(np.isfinite(found), known)
+    np.testing.assert_allclose(found[known], value * seconds, atol=1e-9)
+
+
+@given(TIMES, NUMBERS, NUMBERS, SECONDS)
+def test_a_speed_that_grows_evenly_integrates_to_the_way(t, start, growth, seconds):
+    """Trapezoids are exact for it, whenever the records come."""
+    found = integral(t, start + growth * t, seconds)
+    known = t - seconds >= t[0]
+    begins = t - seconds
+    way = start * seconds + growth * (t**2 - begins**2) / 2
+    np.testing.assert_allclose(found[known], way[known], atol=1e-7)
+
+
+@given(TIMES, NUMBERS, NUMBERS, NUMBERS, st.integers(1, 20))
+def test_the_integral_of_a_rate_is_the_change_between_two_records(t, a, b, c, back):
+    """At whole records nothing is interpolated, so a parabola is met exactly as well."""
+    back = min(back, len(t) - 1)
+    seconds = t[-1] - t[-1 - back]
+    begins = float(t[-1] - seconds)
+    t = t.copy()
+    t[-1 - back] = begins  # to the last digit
+    moved = change(t, a + b * t + c * t**2, seconds)[-1]
+    assert integral(t, b + 2 * c * t, seconds)[-1] == pytest.approx(moved, abs=1e-7)
+
+
+@given(TIMES, SECONDS, st.randoms(use_true_random=False))
+def test_integrals_and_changes_are_those_of_the_record_polygon(t, seconds, random):
+    """Against a fine sum of the polygon through the records."""
+    values = np.array([random.uniform(-10, 10) for _ in t])
+    moved, area = change(t, values, seconds), integral(t, values, seconds)
+    for place in np.flatnonzero(np.isfinite(moved)):
+        low = t[place] - seconds
+        inner = t[(t > low) & (t < t[place])]
+        corners = np.concatenate([[low], inner, [t[place]]])
+        heights = np.interp(corners, t, values)
+        assert moved[place] == pytest.approx(values[place] - heights[0], abs=1e-9)
+        trapezoids = np.diff(corners) * (heights[1:] + heights[:-1]) / 2
+        assert area[place] == pytest.approx(trapezoids.sum(), abs=1e-9)
+
+
+@EACH
+@given(times=TIMES, lost=st.sets(st.integers(0, 59)))
+def test_unknown_records_are_left_out(function, times, lost):
+    """As if they had not come, and unknown themselves."""
+    values = np.sin(times)
+    lost = np.isin(np.arange(len(times)), list(lost))
+    found = of(function, times, np.where(lost, np.nan, values))
+    assert np.isnan(found[lost]).all()
+    np.testing.assert_array_equal(found[~lost], of(function, times[~lost], values[~lost]))
+
+
+@EACH
+def test_it_is_unknown_before_there_are_so_many_seconds(function):
+    t = np.arange(20) / 4 + 100.0
+    assert np.array_equal(np.isfinite(of(function, t, t)), t >= 102.0)
+
+
+@EACH
+@pytest.mark.parametrize(("period", "step", "is_gap"), [
+    (0.2, 0.95, False),  # more than 3 periods, less than 1 s
+    (0.2, 1.05, True),
+    (0.5, 1.45, False),  # more than 1 s, less than 3 periods
+    (0.5, 1.55, True),
+])  # fmt: skip
+def test_a_gap_is_longer_than_a_second_and_three_periods(function, period, step, is_gap):
+    before = period * np.arange(40)
+    t = np.concatenate([before, before[-1] + step + period * np.arange(40)])
+    found = of(function, t, np.ones(len(t)))
+    spoiled = (t >= t[40]) & (t < t[40] + 2.0 - 1e-9)
+    expected = (t >= 2.0 - 1e-9) & ~(spoiled & is_gap)
+    assert np.array_equal(np.isfinite(found), expected)
+
+
+@EACH
+def test_a_gap_may_be_of_unknown_records(function):
+    t = np.arange(60) / 4
+    values = np.where((t >= 5) & (t < 5 + GAP_S + 0.25), np.nan, 1.0)
+    found = of(function, t, values)
+    assert np.array_equal(np.isfinite(found), (t >= 2) & ((t < 5) | (t >= 8.25)))
+
+
+@EACH
+@given(times=TIMES, place=st.integers(0, 59), wild=st.sampled_from([1e30, -1e30, 1e300]))
+def test_a_wild_value_spoils_the_windows_alone_that_hold_it(function, times, place, wild):
+    values = np.cos(times)
+    place = min(place, len(times) - 1)
+    spoiled = np.where(np.arange(len(times)) == place, wild, values)
+    found, expected = of(function, times, spoiled), of(function, times, values)
+    # a window begins between two records, of which it holds both
+    after = times[place + 1] if place + 1 < len(times) else np.inf
+    holds = (np.arange(len(times)) >= place) & (times - 2.0 < after)
+    np.testing.assert_array_equal(found[~holds], expected[~holds])
+
+
+@ALL
+@pytest.mark.parametrize("values", [[], [1.0], [np.nan], [np.nan, np.nan], [1.0, np.nan]])
+def test_too_few_records_are_unknown(function, values):
+    found = of(function, np.arange(len(values)) * 0.5, values)
+    assert found.shape == (len(values),)
+    assert np.isnan(found).all()
+
+
+@EACH
+def test_nothing_is_written_into_the_records(function):
+    t, values = np.arange(50) / 4, np.ones(50)
+    values[7] = np.nan
+    before = (t.copy(), values.copy())
+    of(function, t, values)
+    assert np.array_equal(t, before[0])
+    assert np.array_equal(values, before[1], equal_nan=True)
+
+
+@EACH
+@given(times=TIMES, random=st.randoms(use_true_random=False))
+def test_the_order_of_the_records_does_not_matter(function, times, random):
+    """A recorder's stamps may go back; what counts is the time that they tell."""
+    order = np.array(random.sample(range(len(times)), len(times)))
+    values = np.sin(times)
+    found = of(function, times[order], values[order])
+    np.testing.assert_array_equal(found, of(function, times, values)[order])
+
+
+@EACH
+def test_records_of_one_moment_do_no_harm(function):
+    t = np.repeat(np.arange(20) / 2, 2)
+    found = of(function, t, np.ones(len(t)))
+    known = 0.0 if function is change else 2.0
+    assert np.array_equal(found, np.where(t >= 2, known, np.nan), equal_nan=True)
+
+
+@pytest.mark.parametrize("seconds", [1e-300, 1e-9, 1e300])
+def test_a_while_as_short_or_long_as_can_be_is_no_failure(seconds):
+    t = np.arange(20) / 2
+    for function in FUNCTIONS:
+        found = function(t, np.ones(20), seconds)
+        assert found[np.isfinite(found)] == pytest.approx(0.0, abs=1e-8)
+
+
+def test_the_language_hands_on_the_records_and_the_seconds():
+    t = np.arange(40) / 4
+    columns = {TIME: t, "x": t**2, "c": np.zeros(40)}
+    moved = evaluate(parse("2*change(x + 1, 3)"), columns)
+    np.testing.assert_array_equal(moved, 2 * change(t, t**2 + 1, 3.0))
+    area = evaluate(parse("integral(x*cos(c), 6/4)"), columns)
+    np.testing.assert_array_equal(area, integral(t, t**2, 1.5))
+
+
+@pytest.mark.parametrize("text", ["still(c)", "recent(c)", "change(c, 3)", "integral(c, 3)"])
+def test_a_number_is_the_same_at_every_record(text):
+    """A parameter of the model is put in as one number."""
+    t = np.arange(40) / 4
+    found = evaluate(parse(text), {TIME: t, "c": np.float64(2.0)})
+    assert found.shape == t.shape
+    known = {"still(c)": np.nan, "recent(c)": 2.0, "change(c, 3)": 0.0, "integral(c, 3)": 6.0}
+    assert np.array_equal(found[-1], known[text], equal_nan=True)
+
+
+@pytest.mark.parametrize("text", ["change(x, 20)", "integral(a*cos(b), 0.5)"])
+def test_what_is_of_a_while_reads_back(text):
+    assert to_text(parse(text)) == text
+    assert parse("change(x, 3/2)") == Apply("change", (Symbol("x"), Number(1.5)))
+
+
+TEXT = """format: 1
+name: small
+parameters: {p: {value: 3, unit: s}}
+variables: {v: {unit: m/s}, gained: {unit: m/s}, w: {unit: m/s}}
+equations: {e: {text: "v = w", solves: [], fault: changed}, f: {text: "w = v + gained", solves: []}}
+inputs:
+  VFR_HUD:
+    fields:
+      airspeed: {variable: v, accuracy: 1 m/s}
+      "airspeed:over": {variable: gained, accuracy: 1 m/s, value: "change(airspeed, 20)"}
+measurements:
+  VFR_HUD: {fields: {groundspeed: {variable: w, accuracy: 1 m/s}}}
+"""
+VALUE = 'value: "change(airspeed, 20)"'
+
+
+def airframe(folder, old="", new=""):
+    path = folder / "small.yaml"
+    assert old in TEXT
+    path.write_text(TEXT.replace(old, new), encoding="utf-8")
+    return load_airframe(path)
+
+
+def test_what_is_of_a_while_is_an_input_beside_the_field_itself(tmp_path):
+    shown = {str(m.channel): m for m in airframe(tmp_path).measurements}
+    made = shown["VFR_HUD.airspeed:over"]
+    assert (made.variable, made.trusted) == ("gained", True)
+    assert to_text(made.value) == "change(airspeed, 20)"
+    assert shown["VFR_HUD.airspeed"].value is None
+
+
+NO_SECONDS = "change(x, seconds) takes a positive number of seconds, not "
+NO_VALUE = "needs a value with change(x, seconds) or integral(x, seconds)"
+
+
+@pytest.mark.parametrize(
+    ("new", "said"),
+    [
+        ('value: "change(airspeed)"', "change takes 2 arguments, not 1"),
+        ('value: "change(airspeed, 2, 3)"', "change takes 2 arguments, not 3"),
+        ('value: "change(airspeed, p)"', NO_SECONDS + "p"),
+        ('value: "change(airspeed, groundspeed)"', NO_SECONDS + "groundspeed"),
+        ('value: "change(airspeed, 10 + 2)"', NO_SECONDS + "10 + 2"),
+        ('value: "change(airspeed, 0)"', NO_SECONDS + "0"),
+        ('value: "change(airspeed, -5)"', NO_SECONDS + "-5"),
+        ('value: "change(airspeed, -1/2)"', NO_SECONDS + "-1/2"),
+        ('value: "change(airspeed, 9 s)"', "not an expression"),
+        ('value: "change(20, airspeed)"', "change(...) is of a field, not of 20"),
+        ('value: "airspeed + still(3)"', "still(...) is of a field, not of 3"),
+        ("", NO_VALUE),
+        ('value: "5"', NO_VALUE),
+        ('value: "airspeed"', NO_VALUE),
+        ('value: "still(airspeed)"', NO_VALUE),
+        ('value: "change(airspeed, 5) + der(airspeed)"', "der(...) is for equations"),
+        (f'{VALUE}, when: "change(airspeed, 9) > 3"', "change(...) cannot stand in a condition"),
+        (f'{VALUE}, when: "still(airspeed) > 3"', "still(...) cannot stand in a condition"),
+        (f'{VALUE}, reported: "integral(airspeed, 9)"', "integral(...) cannot stand in"),
+    ],
+)
+def test_what_is_not_of_a_while_is_one_problem_with_its_line(tmp_path, new, said):
+    with pytest.raises(ModelError) as error:
+        airframe(tmp_path, VALUE, new)
+    where, _, message = str(error.value).partition(": inputs.VFR_HUD.fields.airspeed:over: ")
+    assert where.endswith("small.yaml:10")
+    assert message.startswith(said)
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize("key", ["climb", "climb:still", "climb:recent", "climb:silent"])
+def test_what_is_of_a_while_stands_under_over_only(tmp_path, key):
+    with pytest.raises(ModelError, match=r"change\(\.\.\.\) is for the value of FIELD:over"):
+        airframe(tmp_path, "airspeed:over", key)
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("change(v, 20) = w", "change"),
+        ("v = change(w, 20)", "change"),
+        ("w = 2*integral(v, 3)", "integral"),
+    ],
+)
+def test_an_equation_is_of_one_moment(tmp_path, text, name):
+    with pytest.raises(ModelError) as error:
+        airframe(tmp_path, 'text: "v = w"', f'text: "{text}"')
+    assert f"equations.e: {name}(...) is for the value of a measured field" in str(error.value)
+
+
+def test_one_field_is_one_column_over_a_while(tmp_path):
+    """What two variables say of it must be the same."""
+    more = '      "airspeed:over": {variable: w, accuracy: 1 m/s, value: "change(airspeed, 5)"}\n'
+    old = "measurements:\n  VFR_HUD: {fields: {groundspeed: {variable: w, accuracy: 1 m/s}}}\n"
+    with pytest.raises(ModelError, match=r"VFR_HUD.airspeed:over has another value at .*:10"):
+        airframe(tmp_path, old, "measurements:\n  VFR_HUD:\n    fields:\n" + more)
