@@ -43,6 +43,7 @@ FEATURES: Final[Mapping[str, Feature]] = {
     "alone": Feature(1, "an alarm that concerns nobody else"),
     "fit": Feature(1, "how much of what alarms and what is quiet one fault of it explains"),
     "near": Feature(1, "how close its own tests come to their thresholds"),
+    "quiet": Feature(1, "how close what would show it alone comes to its threshold"),
     "healed": Feature(-1, "how long it has been well again"),
     "late": Feature(-1, "how long after the first alarm its own come"),
     "explains": Feature(1, "alarms, not before its own, of what it disturbs"),
@@ -121,12 +122,15 @@ def features(
         name: float(done.onset[(tie == Tie.HELD) & done.alarmed].min(initial=np.inf))
         for name, tie in ties.items()
     }
+    only = np.array([len(whom.of(row)) == 1 for row in range(len(evidence))], bool)
     rows = []
     for name in asked:
         component, tie = whom.components[name], ties[name]
         held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
         judged = (tie == Tie.HELD) & done.judged
-        alone = held & np.array([len(whom.of(row)) == 1 for row in range(len(tie))], bool)
+        # tests that concern nobody else
+        unique = judged & only & ~whom.supports
+        alone = held & only & ~whom.supports
         since = float(done.onset[mine].min())
         above = [n for n in ties if name in reach[n] and began[n] <= since + SIMULTANEOUS_S]
         below = [n for n in reach[name] if n in own and began[n] >= since - SIMULTANEOUS_S]
@@ -134,9 +138,10 @@ def features(
             "one": 1.0,
             "tests": np.log1p(len(set(whom.residual[mine]))),
             "peak": _most(np.maximum(done.near[mine & ~whom.supports], 0.0)),
-            "alone": _most(evidence[alone & ~whom.supports]),
+            "alone": _most(evidence[alone]),
             "fit": _fit(name, done, evidence, whom),
             "near": min(float(done.near[judged].max()), 0.0) if judged.any() else 0.0,
+            "quiet": float(done.near[unique].clip(max=0.0).max()) if unique.any() else 0.0,
             "healed": np.log1p(done.well_again(mine)),
             "late": np.log1p(max(since - done.at, 0.0)),
             "explains": max((own[n] for n in below), default=0.0),

@@ -173,6 +173,59 @@ def test_who_has_no_test_of_its_own_that_is_known_has_none_that_is_far():
     assert told({SAID: [(40, 60)]}, bank=LIMITED, unknown=unknown)["gps"]["near"] == 0.0
 
 
+QUIETS = [(0.0, LEAST), (0.01, LEAST), (0.5, 0.5), (0.95, 0.95)]
+
+
+@pytest.mark.parametrize(("reached", "said"), QUIETS)
+def test_how_quiet_the_test_is_that_would_show_it_alone_is_told(reached, said):
+    """``far`` is of the gps alone; the others of it are of two."""
+    others = dict.fromkeys(NOT_SAID, 0.99) | {FAR: reached}
+    found = told({SAID: [(40, 60)]}, bank=LIMITED, share=others)
+    assert found["gps"]["quiet"] == pytest.approx(math.log(said))
+    assert found["gps"]["near"] == pytest.approx(math.log(0.99))
+
+
+def test_who_has_no_test_that_would_show_it_alone_is_not_said_to_be_quiet():
+    found = told({PAIR: [(40, 60)]}, share={OTHER: 0.1, AGREE: 0.1})
+    assert found["gps"]["quiet"] == found["baro"]["quiet"] == 0.0
+    estimator = told({SAID: [(40, 60)]}, bank=LIMITED, share={FAR: 0.1})["estimator"]
+    assert estimator["quiet"] == 0.0  # what is quiet is not of it
+
+
+@pytest.mark.parametrize("peak", [1.0, 3.0])
+def test_a_test_that_shows_it_alone_and_alarms_is_not_quiet(peak):
+    for raised in ({FAR: [(40, 60)]}, {FAR: [(40, 60)], SAID: [(40, 60)]}):
+        assert told(raised, bank=LIMITED, peak=peak)["gps"]["quiet"] == 0.0
+
+
+def test_a_test_that_would_show_it_alone_and_is_unknown_is_not_quiet():
+    unknown = {FAR: [(0, 100)]}
+    found = told({SAID: [(40, 60)]}, bank=LIMITED, unknown=unknown, share={FAR: np.nan})
+    assert found["gps"]["quiet"] == 0.0
+
+
+def test_of_several_tests_that_would_show_it_alone_the_nearest_counts():
+    more = "limits:\n" + "".join(
+        f"  {name}: {{variable: {of}, max: 9, component: gps{suspects}}}\n"
+        for name, of, suspects in (
+            ("far", "load", ""),
+            ("high", "heat", ""),
+            ("said", "ratio", ", suspects: [monitor]"),
+        )
+    )
+    bank = bank_of(model({"gps": ["x"], "monitor": ["load", "heat", "ratio"]}, more=more))
+    far, high, said = (limit_row(bank, name) for name in ("far", "high", "said"))
+    found = told({said: [(40, 60)]}, bank=bank, share={far: 0.2, high: 0.6})
+    assert found["gps"]["quiet"] == pytest.approx(math.log(0.6))
+
+
+def test_what_merely_supports_is_not_quiet_evidence():
+    more = "equalities:\n  level: {text: x = 0, supports: true, solves: []}\n"
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, more=more))
+    pair = row(bank, "GPS.x", "BARO.x")
+    assert told({pair: [(40, 60)]}, bank=bank)["gps"]["quiet"] == 0.0
+
+
 def well_for(raised, **more):
     """For how long the gps is said to have been well again, s."""
     return math.expm1(told(raised, **more)["gps"]["healed"])

@@ -36,6 +36,7 @@ TRUTH = Fitted(
         "alone": 1.5,
         "fit": 1.0,
         "near": 0.5,
+        "quiet": 0.5,
         "healed": -0.5,
         "late": -1.0,
         "explains": 0.5,
