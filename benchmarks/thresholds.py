@@ -1,0 +1,104 @@
+"""How many standard deviations of its own calm noise is the threshold of every test?
+
+    .venv/bin/python benchmarks/thresholds.py [--write] [--closed-loop DIR] [--workers N]
+
+In: the labelled flights of ../shared/flights, the closed-loop ones among them. Out: a table by test
+whose bound is one of noise: on how many flights it is judged, the threshold of a single sample over
+the standard deviation of the residual in the first seconds in the air (median of the flights, and
+the largest tenth), and on how many it is more than ``MOST``. With ``--write`` it goes between the
+markers of docs/evaluation.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from evaluation import LABELS, add_options, closed_loop, missing, put
+
+import fdi
+from fdi.decision import load_policy
+from fdi.decision.bounds import learn
+from fdi.decision.noise import reference_mask
+from fdi.errors import FdiError
+from fdi.evaluation import load_labels
+
+COMMAND: Final = "benchmarks/thresholds.py --write"
+MOST: Final = 8.0
+LEAST: Final = 1e-12
+"""Of the threshold: a residual that does not move has no noise."""
+Found = tuple[tuple[str, float], ...]
+
+
+def thresholds(path: Path, policy: str = "default") -> Found:
+    """Return by test how many standard deviations of its own its threshold is."""
+    try:
+        chain = fdi.residuals_of(fdi.read(path), policy=policy)
+    except FdiError:
+        return ()
+    residuals, recipe = chain.residuals, load_policy(policy).decision
+    bounds = learn(residuals, recipe)
+    reference = reference_mask(residuals.signals, recipe.reference_s)
+    off = bounds.strayed(residuals.values)[0]
+    equations = residuals.bank.system.equations
+    found = []
+    for row, generator in enumerate(residuals.bank.generators):
+        own = off[row, reference & np.isfinite(off[row])]
+        bound = bounds.tolerance[row, 0] + bounds.noise[row, reference]
+        bound = bound[np.isfinite(bound)]
+        if bounds.stated[row] or bounds.unfit[row] or len(own) < 10 or not len(bound):
+            continue
+        threshold, deviation = float(np.median(bound)), float(own.std())
+        if deviation > LEAST * threshold:
+            found.append((equations[generator.residual].name, threshold / deviation))
+    return tuple(found)
+
+
+def table(flights: Sequence[Found]) -> Iterator[str]:
+    """Yield the lines of the table, the widest test first."""
+    by_test: dict[str, list[float]] = defaultdict(list)
+    for flight in flights:
+        for name, ratio in flight:
+            by_test[name].append(ratio)
+    yield f"| test | flights | median, sd | largest tenth, sd | above {MOST:g} sd |"
+    yield "| --- | --- | --- | --- | --- |"
+    for name, own in sorted(by_test.items(), key=lambda item: -float(np.median(item[1]))):
+        above = sum(ratio > MOST for ratio in own)
+        yield (
+            f"| `{name}` | {len(own)} | {np.median(own):.1f} | {np.quantile(own, 0.9):.1f} | "
+            f"{above / len(own):.0%} |"
+        )
+    wide = sum(np.median(own) > MOST for own in by_test.values())
+    yield ""
+    yield f"{wide} of {len(by_test)} tests are above {MOST:g} sd on half of their flights or more."
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    add_options(parser)
+    parser.add_argument("--write", action="store_true", help="put it into docs/evaluation.md")
+    options = parser.parse_args()
+    if why := missing(options.closed_loop):
+        print(f"benchmarks/thresholds.py: {why}", file=sys.stderr)
+        return 0
+    with closed_loop(options.closed_loop) as folder:
+        labels = [*load_labels(LABELS), *load_labels(folder / LABELS.name)]
+        paths = [label.path for label in labels if label.use == "diagnosis"]
+        with get_context("spawn").Pool(options.workers) as pool:
+            flights = pool.map(thresholds, paths, chunksize=4)
+    text = "\n".join(table(flights))
+    print(text)
+    if options.write:
+        put(f"`{COMMAND}` printed:\n\n{text}", "thresholds")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
