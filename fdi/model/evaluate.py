@@ -157,11 +157,11 @@ def holds(condition: Expression, columns: Mapping[str, Column]) -> NDArray[np.bo
     return np.asarray(truth == 1.0)
 
 
-OVER_RECORDS: Final[Mapping[str, Callable[[Column, Column], Floats]]] = {
+_OF_RECORDS: Final[Mapping[str, Callable[[Column, Column], Floats]]] = {
     "still": still,
     "recent": recent,
 }
-OVER_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
+_OF_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
     "change": change,
     "integral": integral,
 }
@@ -189,11 +189,11 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
             raise KeyError(windowed)
         case Apply("still" | "recent" as name, (argument,)):
             t = columns[TIME]
-            return OVER_RECORDS[name](t, _at_each(t, _evaluate(argument, columns, real_part)))
+            return _OF_RECORDS[name](t, _at_each(t, _evaluate(argument, columns, real_part)))
         case Apply("change" | "integral" as name, (argument, Number(seconds))):
             t = columns[TIME]
             of = _at_each(t, _evaluate(argument, columns, real_part))
-            return OVER_A_WHILE[name](t, of, seconds)
+            return _OF_A_WHILE[name](t, of, seconds)
         case Apply(operator, arguments):
             values = [_evaluate(argument, columns, real_part) for argument in arguments]
             if real_part and operator == "sqrt":
