@@ -56,6 +56,8 @@ class Alarms:
     scatter : (r, n) float
         How much a test has scattered over the last seconds, times what it did at first; NaN where
         that is not judged.
+    scatter_most : float
+        What that may be.
     scale : float
         Of the thresholds of noise, for the policy's budget of false accusations.
     """
@@ -73,6 +75,7 @@ class Alarms:
     mean: NDArray[np.float64]
     mean_threshold: NDArray[np.float64]
     scatter: NDArray[np.float64]
+    scatter_most: float = float("inf")
     scale: float = 1.0
 
     def __repr__(self) -> str:

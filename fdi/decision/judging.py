@@ -69,7 +69,8 @@ def judge(
     rough = differences(over_spread(off, bounds.spread))
     relative, scattered = scatter(rough, bounds.level, rate_hz)
     scattered[bounds.unfit] = np.nan
-    wild = scattered / (recipe.scatter_most or np.inf)
+    most = recipe.scatter_most or np.inf
+    wild = scattered / most
     noisy, known_noisy = _lasting(relative, wild, scattered, samples_of(rate_hz))
     lasting, known_lasting = lasting | noisy, known_lasting | known_noisy
     state[lasting & (state == QUIET)] = TRIGGERED
@@ -89,6 +90,7 @@ def judge(
         mean=mean,
         mean_threshold=mean_threshold,
         scatter=scattered,
+        scatter_most=most,
         scale=scale,
     )
 
@@ -171,8 +173,9 @@ def persistent(
     return result, complete
 
 
-def frozen(residuals: Residuals, use: Use, scale: float = 1.0, **arrays: Any) -> Alarms:
+def frozen(residuals: Residuals, use: Use, **parts: Any) -> Alarms:
     """Return alarms whose arrays nobody writes to any more."""
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Alarms(residuals, use, scale=scale, **arrays)
+    for part in parts.values():
+        if isinstance(part, np.ndarray):
+            part.flags.writeable = False
+    return Alarms(residuals, use, **parts)

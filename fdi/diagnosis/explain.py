@@ -13,6 +13,7 @@ from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.naming import Cause
 from fdi.diagnosis.values import Evidence, FindingKind, Size
+from fdi.model.assemble import OVER
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
@@ -47,6 +48,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
     bank = residuals.bank
     generator = bank.generators[run.row]
     equation = bank.system.equations[generator.residual]
+    times = _scatter(run, alarms)
     size, threshold, lasting = judged(run, alarms)
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
     label, scale, zero = customary(equation.unit)
@@ -71,6 +73,12 @@ def sentence(run: Run, alarms: Alarms) -> str:
             + f", {when} ({names})"
         )
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
+    if times is not None:
+        return (
+            f"{names}{against} scatter{'s' if len(sensors or inputs) == 1 else ''} up to "
+            f"{times:.2g} times as much as at first {when}, {alarms.scatter_most:g} times is "
+            "within health"
+        )
     agree = "do" if len(sensors or inputs) > 1 else "does"
     return (
         f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
@@ -136,8 +144,20 @@ def judged(
     with np.errstate(divide="ignore", invalid="ignore"):
         fast, slow = size / threshold, mean / bound
     if np.nanmax(np.append(slow, 0.0)) > max(1.0, np.nanmax(np.append(fast, 0.0))):
-        return mean, bound, " on average"
+        tolerance = residuals.tolerance[run.row]  # means are of what is beyond it
+        return mean + tolerance, bound + tolerance, " on average"
     return size, threshold, ""
+
+
+def _scatter(run: Run, alarms: Alarms) -> float | None:
+    """Return how many times as much as at first a test scattered, if that is what raised it."""
+    scatter = alarms.scatter[run.row, run.first : run.last]
+    top = float(np.nanmax(np.append(scatter, 0.0)))
+    share = top / alarms.scatter_most
+    size, threshold, _ = judged(run, alarms)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        others = float(np.nanmax(np.append(size / threshold, 0.0)))
+    return top if share > max(1.0, others) else None
 
 
 def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:
@@ -161,7 +181,9 @@ def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[s
     for number in generator.equations:
         measurement = bank.system.equations[number].measurement
         if measurement is not None:
-            found[measurement.trusted][str(measurement.channel)] = None
+            # what a field was over a while is told by the field
+            channel = str(measurement.channel).removesuffix(OVER)
+            found[measurement.trusted][channel] = None
     return tuple(found[0]), tuple(found[1])
 
 

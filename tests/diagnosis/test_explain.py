@@ -1,9 +1,13 @@
 """Sentences of evidence: the numbers in them are those of the alarm, in customary units."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.alarm_runs import find_runs
+from fdi.diagnosis.explain import sentence
 from fdi.telemetry import Flight
 
 from .build import alarms_of, bank_of, limit_row, model, row
@@ -87,6 +91,31 @@ def test_units_of_a_cross_check_are_customary():
     bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, unit="rad"))
     assert "off by up to 344 deg" in evidence(bank, 0).text
     assert "115 deg is within health" in evidence(bank, 0).text
+
+
+def test_what_only_scatters_is_told_so_and_not_how_far_it_is_off():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+    scatter = np.full((1, 204), 8.0)
+    # 0.5 thresholds off, 8 of 5 times the scatter
+    alarms = alarms_of(bank, {0: [(40, 50)]}, peak=0.5, **SHORT, scatter=scatter, scatter_most=5.0)
+    (run,) = find_runs(alarms, 0.0, 51.0)
+    said = sentence(run, alarms)
+    assert "scatter up to 8 times as much as at first" in said
+    assert "5 times is within health" in said
+    assert "off by" not in said
+    # what is farther beyond its threshold is told first
+    said = evidence(bank, 0, peak=3.0, scatter=scatter, scatter_most=5.0).text
+    assert "off by up to 6 m" in said
+
+
+def test_a_mean_beyond_a_tolerance_is_told_with_the_tolerance():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+    means = {"mean": np.full((1, 204), 2.0), "mean_threshold": np.full((1, 204), 0.5)}
+    alarms = alarms_of(bank, {0: [(40, 50)]}, peak=0.5, **SHORT, **means)
+    wide = replace(alarms, residuals=replace(alarms.residuals, tolerance=np.array([3.0])))
+    (run,) = find_runs(wide, 0.0, 51.0)
+    assert "off by up to 5 m on average" in sentence(run, wide)
+    assert "3.5 m is within health" in sentence(run, wide)
 
 
 def test_input_is_what_a_sensor_does_not_agree_with():
