@@ -25,6 +25,8 @@ LEAST_PER_COEFFICIENT: Final = 4
 """Fewer known samples tell no autoregression, and the residual is taken to stay at its mean."""
 RIDGE: Final = 1e-6
 """Share of the variance added for the solution, below what rounding of a log brings."""
+ROUNDING: Final = 1e-9
+"""Share of the deviation; innovations that vary less are none."""
 MIXED: Final = 0.3
 """Angle by which a second moment is mixed in, rad: 9 % of the variance."""
 
@@ -71,7 +73,9 @@ class NoiseModel:
         spectrum /= np.fft.rfft(self.whitening, size, axis=1)
         noise: Floats = np.fft.irfft(spectrum, size, axis=1)
         own = noise.std(axis=1)
-        scale = np.divide(self.deviation, own, out=np.zeros_like(own), where=own > 0)
+        # innovations that are rounding errors would be blown up without bounds
+        varies = own > ROUNDING * self.deviation
+        scale = np.divide(self.deviation, own, out=np.zeros_like(own), where=varies)
         noise *= scale[:, None]
         noise += self.mean[:, None]
         shape = len(noise), flights, self.samples

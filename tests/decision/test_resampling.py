@@ -1,5 +1,7 @@
 """Noise drawn from a flight's own: as large, as slow and as correlated as that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,15 @@ def test_drawn_noise_is_as_large_and_as_slow_as_the_flights(memory):
     assert drawn.std() == pytest.approx(own.std(), rel=1e-6, abs=0.05)
     assert drawn.mean() == pytest.approx(own.mean(), abs=0.1 * own.std())
     assert neighbours(drawn) == pytest.approx(neighbours(own), abs=0.03)
+
+
+def test_innovations_that_are_rounding_errors_are_not_blown_up():
+    # two levels and nothing in between: where neighbours are calm nothing varies
+    own = np.where(np.arange(400) < 200, 0.02, -0.02)[None]
+    calm = np.ones(own.shape, bool)
+    model = fit_noise(own, calm, RATE)
+    tiny = replace(model, innovations=np.full((1, 50), -8.7e-19))
+    assert np.abs(tiny.draw(5, np.random.default_rng(0))).max() <= 0.1
 
 
 def test_residuals_that_share_a_channel_stay_correlated():
