@@ -29,6 +29,7 @@ from fdi.decision.alarms import Alarms, Use
 from fdi.decision.bounds import Bounds, learn
 from fdi.decision.budget import STRETCH_S, Noise, noise_of, scale_for, simulated
 from fdi.decision.judging import judge
+from fdi.decision.resampling import ROUNDING
 from fdi.diagnosis.alarm_runs import find_runs
 from fdi.diagnosis.answer import accusations
 from fdi.errors import FdiError
@@ -62,7 +63,8 @@ def generated(noise: Noise, flights: int, rng: np.random.Generator) -> np.ndarra
         out[step + order] = drawn + (past * out[step : step + order]).sum(axis=0)
     out = out[order + RUN_UP :].transpose(1, 2, 0)
     spread = out.std(axis=(1, 2))
-    scale = np.divide(model.deviation, spread, out=np.zeros(rows), where=spread > 0)
+    varies = spread > ROUNDING * model.deviation
+    scale = np.divide(model.deviation, spread, out=np.zeros(rows), where=varies)
     return out * scale[:, None, None] + model.mean[:, None, None]
 
 
