@@ -13,8 +13,7 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``resampling.py``: other noise of the same kind as a flight's own
 - ``scatter.py``: whether a residual has begun to scatter
 - ``judging.py``: which residuals are beyond their bounds, and which triggers are alarms
-- ``concerns.py``: whom each residual concerns
-- ``budget.py``: how high thresholds must be for noise to accuse as seldom as asked for
+- ``budget.py``: how high thresholds must be for noise to alarm as seldom as asked for
 - ``critical.py``: how small the scale of thresholds would have to be for an alarm
 - ``detectors.py``: the ways to decide that a policy may name
 """

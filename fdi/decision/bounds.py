@@ -134,31 +134,15 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     block = max(3, round(recipe.block_s * signals.rate_hz))
     factor = _factors(deviation, spread, (airborne_mask(signals), reference), block, recipe)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
-    with np.errstate(invalid="ignore"):
-        unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
-        # what begins within the reference is a fault and no condition, unless it came with a turn
-        begins = spread_factors(deviation, residuals.spread, first, block // 2)
-        unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
-    supports = np.array([equation.supports for equation in equations], bool)
+    unfit = _unfit(residuals, size, tolerance, (reference, first), recipe)
     steady = np.array([equation.steady for equation in equations], bool)
-    always = np.array([equation.always for equation in equations], bool)
-    stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
-    unfit = np.where(limit | supports, stands, unfit)
-    # where the constant that is allowed could not be learned, nothing is held against the test
-    unlearned = stated & ~np.isfinite(residuals.values[:, reference]).any(axis=1)
-    is_short = np.count_nonzero(reference) < TOLD * recipe.reference_s * signals.rate_hz
-    has_constant = (np.nan_to_num(residuals.allowance) > 0).any(axis=1)
-    unfit |= ~limit & has_constant & (unlearned | is_short)
-    unfit |= _spoiled(unfit & supports, residuals.bank)
     settled = settled_mask(signals)
     rough = differences(over_spread(off, spread))
     ratio = normalised(off, tolerance, spread, settled)
     ratio[limit] = np.nan
-    scale = np.array([one.scale for one in known])[:, None]
     count = max(2, round(recipe.mean_s * signals.rate_hz))
-    mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
-    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
-    mean_bound = scale * _mean_bounds(mean, count, recipe)[:, None] * mean_spread
+    mean_spread, mean_bound = _means(ratio, spread, count, recipe)
+    scale = np.array([one.scale for one in known])[:, None]
     return Bounds(
         centre,
         circular,
@@ -168,11 +152,56 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
         scale * recipe.sigmas * factor[:, None] * spread,
         spread,
         settled,
-        np.asarray(unfit, bool),
+        unfit,
         np.where(steady & ~stated, levels(rough, reference), np.nan),
         mean_spread,
-        mean_bound,
+        scale * mean_bound,
     )
+
+
+def _unfit(
+    residuals: Residuals,
+    size: Floats,
+    tolerance: Floats,
+    where: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    recipe: PredictedSpread,
+) -> NDArray[np.bool_]:
+    """Return the tests that do not hold from the beginning of the flight on.
+
+    ``where``: the reference, and its first block.
+    """
+    reference, first = where
+    rate_hz = residuals.signals.rate_hz
+    block = max(3, round(recipe.block_s * rate_hz))
+    deviation = np.maximum(size - tolerance, 0.0)
+    equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
+    limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
+    equality = np.array([equation.kind is Kind.EQUALITY for equation in equations], bool)
+    supports = np.array([equation.supports for equation in equations], bool)
+    always = np.array([equation.always for equation in equations], bool)
+    with np.errstate(invalid="ignore"):
+        unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
+        # what begins within the reference is a fault and no condition, unless it came with a turn
+        begins = spread_factors(deviation, residuals.spread, first, block // 2)
+        unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
+    stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
+    unfit = np.where(limit | supports, stands, unfit)
+    # where the constant that is allowed could not be learned, nothing is held against the test
+    unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
+    is_short = np.count_nonzero(reference) < TOLD * recipe.reference_s * rate_hz
+    has_constant = (np.nan_to_num(residuals.allowance) > 0).any(axis=1)
+    unfit |= ~limit & has_constant & (equality & unlearned | is_short)
+    unfit |= _spoiled(unfit & supports, residuals.bank)
+    return np.asarray(unfit, bool)
+
+
+def _means(
+    ratio: Floats, spread: Floats, count: int, recipe: PredictedSpread
+) -> tuple[Floats, Floats]:
+    """Return the trailing mean of the spread, and what that of the residual may reach."""
+    mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
+    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
+    return mean_spread, _mean_bounds(mean, count, recipe)[:, None] * mean_spread
 
 
 def _factors(

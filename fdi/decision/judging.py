@@ -19,6 +19,7 @@ from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised, over_spread
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.scatter import differences, samples_of, scatter
+from fdi.model.evaluate import Floats
 from fdi.residuals import Residuals
 
 SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
@@ -66,9 +67,7 @@ def judge(
     graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
     sudden, known_sudden = _sudden(graded, state, least)
     lasting, known_lasting = _lasting(beyond, slow, mean, count)
-    rough = differences(over_spread(off, bounds.spread))
-    relative, scattered = scatter(rough, bounds.level, rate_hz)
-    scattered[bounds.unfit] = np.nan
+    relative, scattered = _scatter(off, bounds, rate_hz)
     most = recipe.scatter_most or np.inf
     wild = scattered / most
     noisy, known_noisy = _lasting(relative, wild, scattered, samples_of(rate_hz))
@@ -93,6 +92,15 @@ def judge(
         scatter_most=most,
         scale=scale,
     )
+
+
+def _scatter(off: Floats, bounds: Bounds, rate_hz: float) -> tuple[Floats, Floats]:
+    """Return the scatter of the residuals that are judged by it over what it was at first."""
+    relative, mean = (np.full(off.shape, np.nan) for _ in range(2))
+    rows = np.flatnonzero(np.isfinite(bounds.level) & ~bounds.unfit)
+    sizes = differences(over_spread(off[rows], bounds.spread[rows]))
+    relative[rows], mean[rows] = scatter(sizes, bounds.level[rows], rate_hz)
+    return relative, mean
 
 
 def _sudden(

@@ -8,6 +8,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``answer.py``: the stage itself, from alarms to the answer
 - ``marking.py``: which fault is marked when, over the flight
 - ``alarm_runs.py``: which alarms a flight holds
+- ``concerns.py``: whom each residual concerns
 - ``hypotheses.py``: who could have made them, at every moment
 - ``features.py``: what speaks for and against a component, as numbers
 - ``likelihood.py``: how probable each is, and nobody

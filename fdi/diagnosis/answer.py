@@ -21,7 +21,7 @@ from fdi.diagnosis.hypotheses import WINDOW_S, Inquiry, inquire
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
-from fdi.diagnosis.naming import Cause, Effect, name, possible
+from fdi.diagnosis.naming import Cause, Effect, doubted, name
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
@@ -65,11 +65,10 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
             for rank, cause in enumerate(causes, 1)
         )
         consequences = _consequences(effects, causes, inquiries)
+        kept = doubted(causes, effects, inquiries, fitted)
+        cleared = tuple(one for one in clearable(alarms) if one.component not in kept)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
-        suspected = frozenset().union(*(possible(one, fitted) for one in inquiries))
-        doubted = named | suspected
-        cleared = tuple(one for one in clearable(alarms) if one.component not in doubted)
         told = named | {one.component for one in cleared} | {one.component for one in untested}
         undecided = left_open(alarms, told)
     tests = count_tests(alarms)

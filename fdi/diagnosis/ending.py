@@ -14,7 +14,7 @@ import numpy as np
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED
-from fdi.decision.concerns import Concerns, concerns
+from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Ending, First, FirstKind
 from fdi.telemetry import Event

@@ -16,7 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.concerns import Concerns, Tie
+from fdi.diagnosis.concerns import Concerns, Tie
 from fdi.model.evaluate import Floats
 
 MOST: Final = 20.0

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import UNKNOWN
-from fdi.decision.concerns import Concerns, affected, concerns
 from fdi.diagnosis.alarm_runs import Run, find_runs
+from fdi.diagnosis.concerns import Concerns, affected, concerns
 from fdi.diagnosis.features import LEAST, MOST, SIMULTANEOUS_S, Doings, features
 from fdi.model.evaluate import Floats
 from fdi.telemetry.airtime import time_in_air

@@ -27,7 +27,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.concerns import Tie
+from fdi.diagnosis.concerns import Tie
 from fdi.diagnosis.features import FEATURES
 from fdi.diagnosis.hypotheses import Case
 from fdi.model.evaluate import Floats

@@ -10,14 +10,14 @@ about anew.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from fdi.decision.concerns import Tie
 from fdi.diagnosis.alarm_runs import Run
+from fdi.diagnosis.concerns import Tie
 from fdi.diagnosis.features import FEATURES, SIMULTANEOUS_S
 from fdi.diagnosis.hypotheses import WINDOW_S, Case, Inquiry
 from fdi.diagnosis.likelihood import Fitted
@@ -124,6 +124,19 @@ def possible(inquiry: Inquiry, fitted: Fitted) -> frozenset[str]:
         for one, share in zip(case.names, fitted.probabilities(case), strict=True)
         if share >= POSSIBLE
     )
+
+
+def doubted(
+    causes: Iterable[Cause], effects: Iterable[Effect], inquiries: Iterable[Inquiry], fitted: Fitted
+) -> frozenset[str]:
+    """Return whom the data do not rule out, whatever tests speak for them.
+
+    Who is accused, who would explain it as well, who follows, and whose failure is possible.
+    """
+    causes = tuple(causes)
+    named = {one.component for one in causes} | {one.component for one in effects}
+    named.update(name for one in causes for name in one.inseparable)
+    return frozenset(named).union(*(possible(one, fitted) for one in inquiries))
 
 
 def _accused(

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.decision.concerns import concerns
 from fdi.diagnosis.clearing import ended_well, faults_by_component, quiet_tests
+from fdi.diagnosis.concerns import concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Isolability, NotTestable, Open
 from fdi.residuals import Bank

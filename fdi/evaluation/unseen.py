@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from fdi.diagnosis.answer import named_in
 from fdi.diagnosis.likelihood import Fitted
-from fdi.diagnosis.naming import Cause, possible
+from fdi.diagnosis.naming import Cause, doubted
 from fdi.evaluation.fitting import Flown, fit, lessons_of
 from fdi.evaluation.score import Score, score
 
@@ -71,14 +71,11 @@ def unseen(flights: Sequence[Flown], by: str) -> Unseen:
 def row_of(flown: Flown, fitted: Fitted) -> dict[str, Any]:
     """Return what is said of a flight by some weights, as a row of the fleet has it."""
     causes, effects = named_in(flown.inquiries, fitted)
-    doubted = {one.component for one in causes} | {one.component for one in effects}
-    doubted.update(name for one in causes for name in one.inseparable)
-    for inquiry in flown.inquiries:
-        doubted |= possible(inquiry, fitted)
+    kept = doubted(causes, effects, flown.inquiries, fitted)
     return {
         "findings": [_finding(rank, cause) for rank, cause in enumerate(causes, 1)],
         "consequences": list(dict.fromkeys(one.component for one in effects)),
-        "ruled_out": [name for name in flown.clearable if name not in doubted],
+        "ruled_out": [name for name in flown.clearable if name not in kept],
         "not_testable": [],
         "airborne_s": sum(one.end - one.start for one in flown.inquiries),
         "error": None,

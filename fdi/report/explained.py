@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from fdi.decision.alarms import UNKNOWN
-from fdi.decision.concerns import Concerns, concerns
 from fdi.decision.scatter import SCATTER_S
+from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.values import runs
 from fdi.errors import UsageError
 from fdi.report.words import clean

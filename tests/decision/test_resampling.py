@@ -36,10 +36,10 @@ def test_drawn_noise_is_as_large_and_as_slow_as_the_flights(memory):
 
 
 def test_innovations_that_are_rounding_errors_are_not_blown_up():
-    # two levels and nothing in between: where neighbours are calm nothing varies
     own = np.where(np.arange(400) < 200, 0.02, -0.02)[None]
     calm = np.ones(own.shape, bool)
     model = fit_noise(own, calm, RATE)
+    # what is left of two levels once the neighbours are told is the error of the fit
     tiny = replace(model, innovations=np.full((1, 50), -8.7e-19))
     assert np.abs(tiny.draw(5, np.random.default_rng(0))).max() <= 0.1
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.decision.concerns import Tie
+from fdi.diagnosis.concerns import Tie
 from fdi.diagnosis.features import FEATURES
 from fdi.diagnosis.hypotheses import OUTSIDE, SIMULTANEOUS_S, WINDOW_S, inquire
 from fdi.telemetry import Flight

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fdi.decision.concerns import Tie, affected
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.concerns import Tie, affected
 from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.hypotheses import inquire
 from fdi.diagnosis.naming import LINKED_S, POSSIBLE, name, possible

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fdi.decision.concerns import Tie
+from fdi.diagnosis.concerns import Tie
 from fdi.diagnosis.features import FEATURES
 from fdi.diagnosis.hypotheses import Case
 from fdi.diagnosis.likelihood import Fitted, fitted_of

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fdi.decision.concerns import affected
+from fdi.diagnosis.concerns import affected
 from fdi.model import load_airframe, shipped_models
 
 MOST = 0.3

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fdi.decision.concerns import Tie, affected, concerns
+from fdi.diagnosis.concerns import Tie, affected, concerns
 from fdi.model.parts import Component
 from tests.diagnosis.build import bank_of, limit_row, model, row
 

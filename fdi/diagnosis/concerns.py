@@ -1,8 +1,7 @@
 """Whom does each residual of a bank concern, and how is every component tied to it?
 
 In: a bank. Out: ``Concerns``: of every residual the faults and statements it holds, whom the model
-merely suspects, and whom structure lets an alarm be blamed on. Who accuses asks this, and so does
-the budget of false accusations, which must know what would accuse.
+merely suspects, and whom structure lets an alarm be blamed on.
 """
 
 from __future__ import annotations
