@@ -55,6 +55,7 @@ def analyze(
     window: tuple[float, float] | None = None,
     rate: float | None = None,
     budget: float | None = None,
+    methods: Sequence[str] | None = None,
     system: int | None = None,
     command: Sequence[str] = (),
     progress: Progress | None = None,
@@ -76,6 +77,8 @@ def analyze(
         Samples per second; by default from the channels' own rates.
     budget : float, optional
         False alarms by noise that an hour in the air may hold; by default the policy's.
+    methods : sequence of str, optional
+        Whose columns are weighed with the model's tests; by default the policy's.
     system : int, optional
         Which vehicle of the log, by its MAVLink system id.
     command : sequence of str
@@ -91,6 +94,7 @@ def analyze(
     watch = _Watch(progress)
     with watch.stage("load", 0.0):
         recipe = load_policy(policy).resample(window=window, rate_hz=rate).within(budget)
+        recipe = recipe.using(methods)
     with watch.stage("read", 0.05):
         paths = [path] if isinstance(path, (str, Path)) else path
         log = join([read(one, system=system) for one in paths])
@@ -106,7 +110,7 @@ def analyze(
         *_stopped(log, chain.system),
     )
     return Analysis(
-        log=log,
+        log=chain.log,
         airframe=chain.airframe,
         policy=recipe,
         system=chain.system,
@@ -116,7 +120,7 @@ def analyze(
         residual_values=chain.residuals,
         alarms=alarms,
         diagnosis=diagnosis,
-        warnings=(*told, *chain.system.warnings, *chain.bank.notes),
+        warnings=(*told, *chain.silent, *chain.system.warnings, *chain.bank.notes),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
@@ -160,7 +164,8 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
 
 def _stopped(log: Log, system: System) -> Iterator[str]:
     """Yield the messages of the model that stop long before the last of them."""
-    used = {source: log[source].t for source in sorted({r.channel.source for r in system.channels})}
+    read = sorted({reading.channel.source for reading in system.channels})
+    used = {source: log[source].t for source in read if source in log}  # not what a method makes
     end = max((t[-1] for t in used.values() if len(t)), default=0.0)
     for source, t in used.items():
         if len(t) >= LEAST_RECORDS and end - t[-1] > max(STOPPED_S, 5 * np.median(np.diff(t))):

@@ -14,6 +14,8 @@ from pathlib import Path
 
 from fdi.decision import Policy, load_policy
 from fdi.errors import LogError, ModelError
+from fdi.methods.columns import with_columns
+from fdi.methods.table import methods_of
 from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model
 from fdi.residuals import Bank, Residuals
@@ -31,9 +33,13 @@ class Chain:
 
     Attributes
     ----------
+    log : Log
+        With the columns of the policy's methods.
     lags : tuple of Lag
         How late sensors come against the estimator, by the log; none where the policy takes the
         model's word.
+    silent : tuple of str
+        Which of the methods show nothing with this log, and why.
     """
 
     log: Log
@@ -44,6 +50,7 @@ class Chain:
     signals: Signals
     lags: tuple[Lag, ...]
     residuals: Residuals
+    silent: tuple[str, ...]
 
 
 def residuals_of(
@@ -81,6 +88,8 @@ def residuals_of(
         diagnosis = fdi.diagnose(alarms, chain.bank)
     """
     recipe = policy if isinstance(policy, Policy) else load_policy(policy)
+    with stage("methods", 0.25):
+        log, silent = with_columns(log, methods_of(recipe.methods))
     with stage("observe", 0.3):
         airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
         system = airframe.observe(
@@ -100,7 +109,7 @@ def residuals_of(
         )
     with stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
-    return Chain(log, airframe, recipe, system, bank, signals, lags, residuals)
+    return Chain(log, airframe, recipe, system, bank, signals, lags, residuals, silent)
 
 
 def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe, *, chosen: bool) -> None:

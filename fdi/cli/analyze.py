@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, SYSTEM, model_option, policy_option
+from fdi.cli.options import METHODS, NO_PROGRESS, SYSTEM, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -85,6 +85,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     callback=read_budget,
     help="False alarms by noise that an hour in the air may hold; few of them accuse.",
 )
+@METHODS
 @SYSTEM
 @click.option(
     "--out",
@@ -118,6 +119,7 @@ def analyze(
     window: tuple[float, float] | None,
     rate: float | None,
     budget: float | None,
+    methods: tuple[str, ...] | None,
     system: int | None,
     out: Path | None,
     formats: str | None,
@@ -163,6 +165,7 @@ def analyze(
             window=window,
             rate=rate,
             budget=budget,
+            methods=methods,
             system=system,
             command=["fdi", *sys.argv[1:]],
             progress=progress,

@@ -21,6 +21,33 @@ QUIET: Final = click.option("--quiet", "-q", is_flag=True, help="Print nothing."
 NO_PROGRESS: Final = click.option("--no-progress", is_flag=True, help="No progress bar.")
 
 
+def read_methods(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, ...] | None:
+    """Return the names in ``none``, ``all`` or ``A,B``; None where the policy says."""
+    if value is None:
+        return None
+    from fdi.methods.table import METHODS
+
+    if value in ("none", "all"):
+        return tuple(METHODS) if value == "all" else ()
+    names = tuple(name.strip() for name in value.split(","))
+    unknown = [name for name in names if name not in METHODS]
+    if unknown:
+        raise click.BadParameter(
+            f"there is no method {unknown[0]!r}; there are {', '.join(METHODS)}", context, option
+        )
+    return names
+
+
+METHODS: Final = click.option(
+    "--methods",
+    metavar="none|all|LIST",
+    callback=read_methods,
+    help="Which methods are weighed with the model's tests; by default the policy's.",
+)
+
+
 def model_option(said: str = "Airframe model.") -> Callable[[F], F]:
     """Return the option ``--model`` with what its help says."""
     return click.option(

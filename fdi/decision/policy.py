@@ -8,7 +8,7 @@ marking).
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite
 from numbers import Real
@@ -19,6 +19,7 @@ from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.recipes import Learned, PredictedSpread, Rank
 from fdi.errors import ModelError, UsageError
+from fdi.methods.table import methods_of
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.telemetry import Sampling
@@ -60,6 +61,8 @@ class Policy:
         ``stated``.
     commands : str
         Whether tests that read a recorded command as evidence are ``used`` or ``left_out``.
+    methods : tuple of str
+        Whose columns are judged with the bank's residuals, by name (``fdi.methods.table``).
     calibration : Calibration, optional
         From what its tests were learned.
     """
@@ -77,6 +80,7 @@ class Policy:
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
     commands: Literal["used", "left_out"] = "used"
+    methods: tuple[str, ...] = ()
     calibration: Calibration | None = None
 
     def decide(self, residuals: Residuals) -> Alarms:
@@ -103,6 +107,18 @@ class Policy:
             _check_positive("rate", rate_hz)
             sampling = replace(sampling, rate_hz=rate_hz)
         return replace(self, sampling=sampling)
+
+    def using(self, methods: Iterable[str] | None) -> Policy:
+        """Return the policy with these methods, by name, where they are given.
+
+        Raises
+        ------
+        UsageError
+            There is no method of a name.
+        """
+        if methods is None:
+            return self
+        return replace(self, methods=tuple(method.name for method in methods_of(methods)))
 
     def within(self, budget_per_hour: float | None) -> Policy:
         """Return the policy with this budget, and no floor below it, where one is given.
@@ -197,6 +213,7 @@ def _policy(spec: Any, digest: str) -> Policy:
         latencies=spec.latencies,
         accuracies=spec.accuracies,
         commands=spec.commands,
+        methods=tuple(spec.methods),
         calibration=given
         and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
     )
@@ -235,6 +252,7 @@ def policy_text(policy: Policy) -> str:
         "latencies": policy.latencies,
         "accuracies": policy.accuracies,
         "commands": policy.commands,
+        "methods": list(policy.methods),
     }
     if policy.calibration is not None:
         tree["calibration"] = {

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from fdi.methods.table import METHODS
 
 
 class _Entry(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _known_method(value: str) -> str:
+    if value not in METHODS:
+        raise ValueError(f"there is no method {value}; there are {', '.join(METHODS)}")
+    return value
+
+
+MethodName = Annotated[str, AfterValidator(_known_method)]
 
 
 class SamplingEntry(_Entry):
@@ -95,4 +106,5 @@ class PolicyFile(_Entry):
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
     commands: Literal["used", "left_out"] = "used"
+    methods: list[MethodName] = []
     calibration: CalibrationEntry | None = None

@@ -17,6 +17,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
 - ``plain.py``: what an alarm means in a pilot's words
+- ``agreement.py``: whether other methods accuse the same component
 - ``explain.py``: the evidence for a finding in words
 - ``clearing.py``: who is ruled out, and how small a fault would have shown
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
@@ -26,6 +27,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 
 from fdi.diagnosis.answer import diagnose
 from fdi.diagnosis.values import (
+    Agreement,
     Consequence,
     Diagnosis,
     Ending,
@@ -45,6 +47,7 @@ from fdi.diagnosis.values import (
 )
 
 __all__ = [
+    "Agreement",
     "Consequence",
     "Diagnosis",
     "Ending",

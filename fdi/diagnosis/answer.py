@@ -13,6 +13,7 @@ import numpy as np
 
 from fdi import structure
 from fdi.decision import Alarms
+from fdi.diagnosis.agreement import agreements
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.ending import endings, led_to
@@ -26,6 +27,7 @@ from fdi.diagnosis.size import size_of
 from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
     MARKED,
+    Agreement,
     Consequence,
     Diagnosis,
     FaultGrid,
@@ -55,6 +57,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     consequences: tuple[Consequence, ...] = ()
     cleared: tuple[RuledOut, ...] = ()
     undecided: tuple[Open, ...] = ()
+    others: tuple[Agreement, ...] = ()
     flew = bool(np.any(alarms.residuals.signals.state.airborne))
     untested = not_testable(alarms, bank, implementable, flew=flew)
     if alarms.use.accuse:
@@ -67,6 +70,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         consequences = _consequences(effects, causes, inquiries)
         kept = doubted(causes, effects, inquiries, fitted)
         cleared = tuple(one for one in clearable(alarms) if one.component not in kept)
+        others = agreements(inquiries, causes, bank)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
         told = named | {one.component for one in cleared} | {one.component for one in untested}
@@ -81,6 +85,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         ruled_out=cleared,
         open=undecided,
         not_testable=untested,
+        methods=others,
         grid=grid,
         implementable=implementable,
         structural=structural_isolability(bank.system),

@@ -13,7 +13,7 @@ from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.naming import Cause
 from fdi.diagnosis.values import Evidence, FindingKind, Size
-from fdi.model.assemble import OVER
+from fdi.model.assemble import without_over
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
@@ -182,7 +182,7 @@ def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[s
         measurement = bank.system.equations[number].measurement
         if measurement is not None:
             # what a field was over a while is told by the field
-            channel = str(measurement.channel).removesuffix(OVER)
+            channel = without_over(str(measurement.channel))
             found[measurement.trusted][channel] = None
     return tuple(found[0]), tuple(found[1])
 

@@ -230,6 +230,25 @@ class FaultGrid:
         return runs(self.t, self.marks[row] == state)
 
 
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """What the columns of a method say of an accusation, or of a flight without one.
+
+    Attributes
+    ----------
+    rank : int or None
+        Of the finding; None where nobody is accused in the flight.
+    agrees : bool
+        Whether it points to the accused.
+    """
+
+    method: str
+    flight: int
+    rank: int | None
+    agrees: bool
+    text: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Isolability:
     """Which faults can be seen and told apart.
@@ -269,6 +288,8 @@ class Diagnosis:
         One for each flight.
     open : tuple of Open
         Who is neither accused nor cleared, though tests ran.
+    methods : tuple of Agreement
+        What methods beside the model's tests say of the findings.
     implementable, structural : Isolability
         By the residual generators, and by structure alone.
     decomposition : Decomposition
@@ -283,6 +304,7 @@ class Diagnosis:
     ruled_out: tuple[RuledOut, ...]
     open: tuple[Open, ...]
     not_testable: tuple[NotTestable, ...]
+    methods: tuple[Agreement, ...]
     grid: FaultGrid
     implementable: Isolability
     structural: Isolability

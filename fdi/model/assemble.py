@@ -54,8 +54,10 @@ RECENT: Final = ":recent"
 OVER: Final = ":over"
 SILENT: Final = ":silent"
 """Behind a field: not its value, but how long it has not changed, s; its mean over the last
-seconds; what ``value`` makes of a while of records; how long its message has been silent, s."""
-_SUFFIX: Final = re.compile(f"({STILL}|{RECENT}|{OVER}|{SILENT})$")
+seconds; what ``value`` makes of a while of records, with a label (``:over_60``) where a field has
+several; how long its message has been silent, s."""
+_OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
+_SUFFIX: Final = re.compile(rf"({STILL}|{RECENT}|{OVER}(_\w+)?|{SILENT})$")
 
 ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
 """What a channel has once, however many variables it shows."""
@@ -357,7 +359,7 @@ def _message(
             if unit is None:
                 continue
             made = _measurement(channel, entry, item, trusted, unit, draft)
-            _check_over_time(made, is_over=field_name.endswith(OVER))
+            _check_over_time(made, is_over=is_over(field_name))
             if bare == field_name:
                 draft.check_column(made, definition, *part)
             if field_name.endswith(SILENT):
@@ -369,8 +371,8 @@ def _message(
             if field_name.endswith(RECENT):
                 yield _recent(made)
                 continue
-            if field_name.endswith(OVER):
-                over = _over(made)
+            if is_over(field_name):
+                over = _over(made, field_name)
                 draft.check_column(over, definition, *part)
                 yield over
                 continue
@@ -444,9 +446,18 @@ def _recent(of: Measurement) -> Measurement:
     )
 
 
-def _over(of: Measurement) -> Measurement:
+def is_over(field: str) -> bool:
+    """Return whether a field's name stands for what a value makes of a while of records."""
+    return bool(_OVER.search(field))
+
+
+def without_over(channel: str) -> str:
+    """Return the channel that a value makes something of."""
+    return _OVER.sub("", channel)
+
+
+def _over(of: Measurement, name: str) -> Measurement:
     """Return what a value makes of the records of a while as an input."""
-    name = of.channel.field + OVER
     return replace(of, channel=Channel(of.channel.message, name, of.channel.instance), trusted=True)
 
 
@@ -500,6 +511,7 @@ def _measurement(
         raw=item.raw,
         trusted=trusted,
         reported=reported,
+        made_by=entry.made_by,
     )
 
 

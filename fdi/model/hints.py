@@ -137,7 +137,7 @@ def _tests(component: str, system: System, left_out: Collection[str] = ()) -> li
 
 def _lacking(component: str, airframe: Airframe, log: Log) -> list[str]:
     """Return the messages of a model that a log lacks, those of the component first."""
-    absent = [m for m in airframe.measurements if m.channel.source not in log]
+    absent = [m for m in airframe.measurements if m.channel.source not in log and not m.made_by]
     own = [m.channel.source for m in absent if m.component == component and not m.trusted]
     return list(dict.fromkeys(chain(own, (m.channel.source for m in absent))))
 

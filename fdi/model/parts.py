@@ -237,6 +237,8 @@ class Measurement:
         always.
     silence : bool
         How long its message has been silent while others go on, s, instead of its value.
+    made_by : str
+        The method that makes the message out of others, "" for one that logs hold themselves.
     """
 
     channel: Channel
@@ -258,6 +260,7 @@ class Measurement:
     stillness: bool = False
     stirred: tuple[tuple[Channel, float], ...] = ()
     silence: bool = False
+    made_by: str = ""
 
 
 def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:

@@ -164,6 +164,7 @@ class MeasurementEntry(_Entry):
     latency_accuracy: Quantity = 0.0
     latency_told: Quantity | None = None
     when: str | None = None
+    made_by: str = ""
     description: str = ""
 
 

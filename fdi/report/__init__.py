@@ -11,6 +11,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``figures.py``: fault grid and isolability matrix; ``evidence.py``: the curves behind a finding
 - ``style.py``: what all figures have in common
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
+- ``methods_document.py``: what methods beside the model's tests show, for analysis.json
 - ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,
   ``fdi info`` and ``fdi structure`` give as JSON
 - ``timeline.py``: which of a log's events a person wants to read

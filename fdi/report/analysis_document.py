@@ -17,6 +17,7 @@ from fdi.diagnosis import Ending, Finding, Size, runs
 from fdi.model import System
 from fdi.report.json_text import number
 from fdi.report.log_document import log_facts, moment, quality_rows
+from fdi.report.methods_document import methods_document
 from fdi.report.model_document import isolability_rows, model_files
 from fdi.residuals.accuracy import Told, reported_accuracies
 from fdi.residuals.latency import Lag
@@ -97,7 +98,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         ],
         "fault_grid": _grid(analysis),
         "residuals": _residuals(analysis),
-        "methods": {},
+        "methods": methods_document(analysis),
         "warnings": list(analysis.warnings),
         "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
     }

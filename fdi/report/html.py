@@ -89,6 +89,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
+        agreements=analysis.diagnosis.methods,
         endings=[one for one in analysis.diagnosis.endings if one.first],
         window_text=window(analysis),
         model_text=analysis.airframe.description,

@@ -112,6 +112,7 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     yield from _first(analysis)
     yield from _findings(analysis)
     yield from _consequences(analysis)
+    yield from _methods(analysis)
     yield from _ruled_out(analysis)
     yield from _not_testable(analysis)
     yield from _left_open(analysis)
@@ -219,6 +220,11 @@ def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
         "Not testable with this telemetry",
         [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()],
     )
+
+
+def _methods(analysis: Analysis) -> Iterator[RenderableType]:
+    told = [one.text for one in analysis.diagnosis.methods]
+    yield from _list("Methods beside the tests of the model", told, most=len(told))
 
 
 def _left_open(analysis: Analysis) -> Iterator[RenderableType]:

@@ -129,6 +129,14 @@ class Bank:
         """Return the channels of the log that a generator reads, those of conditions included."""
         return channels_read(self.system, self.nodes, generator.node)
 
+    def methods(self) -> tuple[str, ...]:
+        """Return of every generator the method whose columns it reads, "" where there is none."""
+        made = [e.measurement.made_by if e.measurement else "" for e in self.system.equations]
+        return tuple(
+            next(filter(None, (made[number] for number in generator.equations)), "")
+            for generator in self.generators
+        )
+
     @property
     def signatures(self) -> pandas.DataFrame:
         """Return the signatures as a frame, residuals by faults."""

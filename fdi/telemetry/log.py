@@ -7,7 +7,7 @@ events, flights, and what was lost. It is frozen; columns are decoded when they 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from html import escape
 from pathlib import Path
@@ -227,6 +227,11 @@ class Log:
 
     def __contains__(self, key: object) -> bool:
         return key in self.messages
+
+    def with_message(self, message: Message) -> Log:
+        """Return the log with one more message, or another one of that key."""
+        kept = {name: value for name, value in self._cache.items() if name != "channels"}
+        return replace(self, messages={**self.messages, message.key: message}, _cache=kept)
 
     @property
     def channels(self) -> tuple[Channel, ...]:

@@ -1,0 +1,10 @@
+"""Diagnosers beside the bank of residual generators: each asks a log a question of its own.
+
+Given a log; sought what one published method says of it, such that whoever knows the method finds
+its quantities, rules and units again. A method knows logs and models, never findings. What it shows
+over time comes in by one door, as columns that stand beside the sensors'.
+
+- ``columns.py``: the door: a method's columns as one more message of the log
+- ``table.py``: which methods give columns
+- ``estimator/``: whom the complaints of the autopilot's own estimator point to
+"""
