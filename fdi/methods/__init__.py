@@ -1,4 +1,4 @@
-"""Diagnosers beside the bank of residual generators: each asks a log a question of its own.
+"""Diagnosers beside the bank of residual generators: each asks logs a question of its own.
 
 Given a log; sought what one published method says of it, such that whoever knows the method finds
 its quantities, rules and units again. A method knows logs and models, never findings. What it shows
@@ -7,4 +7,6 @@ over time comes in by one door, as columns that stand beside the sensors'.
 - ``columns.py``: the door: a method's columns as one more message of the log
 - ``table.py``: which methods give columns
 - ``estimator/``: whom the complaints of the autopilot's own estimator point to
+- ``voting/``: which of several autopilots of one vehicle is in charge, and how soon
+- ``reliability.py``: how probably a system of several units still works
 """
