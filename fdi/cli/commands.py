@@ -32,6 +32,7 @@ from fdi.cli.info import info
 from fdi.cli.inject import inject
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
+from fdi.cli.vote import vote
 from fdi.errors import FdiError, ModelError
 
 TERMINATED: Final = 143
@@ -54,7 +55,18 @@ def fdi(context: click.Context) -> int:
     return 0
 
 
-for _command in (analyze, info, convert, structure, evaluate, fit, batch, calibrate, inject):
+for _command in (
+    analyze,
+    info,
+    convert,
+    structure,
+    evaluate,
+    fit,
+    batch,
+    calibrate,
+    inject,
+    vote,
+):
     fdi.add_command(_command)
 
 

@@ -7,7 +7,8 @@ where there is one.
 What all of it assumes stands in `ASSUMPTIONS` and belongs beside every figure made of it.
 
 The thesis prints the sum of 2 of 3 with R to the first power; as printed it gives 1.16 at
-R = 0.905. It calls the sample mean of times to failure MTTF; that is an estimate of the integral of R.
+R = 0.905. It calls the sample mean of times to failure MTTF; that is an estimate of the integral of
+R.
 
 References
 ----------

@@ -3,8 +3,8 @@
 In: a folder. Out: its list, ``.fdi-manifest.json``, which names each file that we wrote with the
 SHA-256 of its content::
 
-    {"schema_version": 1, "tool": {"name": "uav-fdi", "version": ...}, "holds": "report" | "log",
-     "files": [{"name": ..., "sha256": ...}, ...]}
+    {"schema_version": 1, "tool": {"name": "uav-fdi", "version": ...},
+     "holds": "report" | "log" | "votes", "files": [{"name": ..., "sha256": ...}, ...]}
 
 A name stands there twice while a folder is being written anew: the old content is ours, and so is
 the new one. A list may come from a stranger: a name in it is a plain file name, a link is not
@@ -41,7 +41,7 @@ class Manifest:
     Attributes
     ----------
     holds : str
-        The kind of folder: ``report`` or ``log``.
+        The kind of folder: ``report``, ``log`` or ``votes``.
     files : mapping of str to frozenset of str
         Names, with the checksums of the contents that are ours.
     """

@@ -8,7 +8,7 @@ tested, and how good the data are.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -60,6 +60,11 @@ def summary(analysis: Analysis, *, width: int = WIDTH, folder: Path | None = Non
     folder : Path, optional
         Where the report was written.
     """
+    return plain(parts(analysis, folder), width=width)
+
+
+def plain(shown: Iterable[RenderableType], *, width: int = WIDTH) -> str:
+    """Return parts for a console as plain text, so many letters on a line."""
     from rich.console import Console
 
     out = io.StringIO()
@@ -71,7 +76,8 @@ def summary(analysis: Analysis, *, width: int = WIDTH, folder: Path | None = Non
         force_jupyter=False,
         emoji=False,
     )
-    print_summary(analysis, console, folder=folder)
+    for part in shown:
+        console.print(part, highlight=False)
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
 
 

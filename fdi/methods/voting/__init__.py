@@ -22,6 +22,7 @@ selection.py     the program outside that counts the votes
 reaction.py      how long detection and take-over took
 voting.py        `vote`: logs to `Voting`
 simulate.py      n autopilots that lose messages, fall silent, die or lie, at random
+scenarios.py     the scenarios that say when three are not enough
 """
 
 from fdi.methods.voting.reaction import Reaction

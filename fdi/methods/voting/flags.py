@@ -94,6 +94,13 @@ class LogFlags:
         )
 
 
+def nothing(settings: Settings) -> FlagSamples:
+    """Return the flags of an autopilot that was never heard of."""
+    none = np.empty(0, np.int64)
+    flags = np.empty((0, len(settings.flags)))
+    return FlagSamples(none, none, flags, none, np.empty(0, np.bool_))
+
+
 def flags_of(log: Log, settings: Settings) -> LogFlags:
     """Return the flags of a log.
 
@@ -114,18 +121,19 @@ def flags_of(log: Log, settings: Settings) -> LogFlags:
         )
     notes = [f"the log has no flag {name}: not compared" for name in lacking]
     own = _own(log, settings, boot)
-    notes += _unknown(own, settings, lacking, "its own flags")
-    received = {}
+    notes += _unknown(own, settings, lacking, "own flags")
+    received, unstamped = {}, []
     for sender, topic in zip(_others(number), RECEIVED, strict=False):
         if topic in log and len(log[topic]):
-            samples, is_stamped = _received(log[topic], settings, boot)
-            received[sender] = samples
-            notes += _unknown(samples, settings, lacking, f"the flags received from {sender}")
+            received[sender], is_stamped = _received(log[topic], settings, boot)
+            notes += _unknown(received[sender], settings, lacking, f"flags received from {sender}")
             if not is_stamped:
-                notes.append(
-                    f"the stamps of what was received from {sender} are of another clock: silence "
-                    "counts from the reception"
-                )
+                unstamped.append(str(sender))
+    if unstamped:
+        notes.append(
+            f"the stamps of what was received from {' and '.join(unstamped)} are of another clock: "
+            "silence counts from the reception"
+        )
     return LogFlags(number, own, received, 0, tuple(notes))
 
 

@@ -149,7 +149,8 @@ def simulate(scenario: Scenario, settings: Settings, *, runs: int = 1000, seed: 
     ----------
     scenario : Scenario
     settings : Settings
-        ``transport`` is the longest time that a message travels (uniform from 0; None: one cycle);
+        ``transport`` is the longest time that a message travels (uniform from 0; None: none, so
+        that it waits for the receiver's next cycle alone, 0 to 1 cycle as in the record);
         ``delay`` and ``needs_takeoff`` play no part: a run begins when votes are compared.
     runs : int
     seed : int
@@ -227,7 +228,7 @@ def _votes(scenario: Scenario, settings: Settings, t: Ints, onset: Ints, random:
     """Return the votes by the rules, (runs, n, cycles), places."""
     runs, n, cycles = t.shape
     period = microseconds(settings.cycle)
-    slowest = period if settings.transport is None else microseconds(settings.transport)
+    slowest = microseconds(settings.transport or 0.0)
     reach = slowest // period + 1  # of how many cycles messages can be on their way
     says_bad = scenario.places("faulty", "stuck") | (scenario.outside & ~scenario.places("lying"))
     is_silent = scenario.places("mute", "dead")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fdi.errors import LogError
-from fdi.methods.voting.flags import RECEIVED, FlagSamples, LogFlags
+from fdi.methods.voting.flags import RECEIVED, FlagSamples, LogFlags, nothing
 from fdi.methods.voting.replay import View
 from fdi.methods.voting.settings import Settings, microseconds
 
@@ -88,9 +88,12 @@ def _as_received(
     logs: Mapping[int, LogFlags], receiver: int, sender: int, settings: Settings
 ) -> FlagSamples:
     """Return the flags of one autopilot as another one came to know them."""
-    own_record = logs[receiver].received.get(sender) if receiver in logs else None
-    others = (log.received[sender] for log in logs.values() if sender in log.received)
-    found = own_record or next(others, None)
+    found: FlagSamples | None
+    if receiver in logs and logs[receiver].received:
+        found = logs[receiver].received.get(sender, nothing(settings))
+    else:
+        others = (log.received[sender] for log in logs.values() if sender in log.received)
+        found = next(others, None)
     if found is None:
         return _sent_each_cycle(logs[sender].own, settings)
     return _delayed(found, settings)

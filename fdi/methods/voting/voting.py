@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,14 @@ from fdi.telemetry import Log
 
 _SAME_CYCLE: Final = 0.02
 """Share by which a recorded cycle may differ from the one asked for: 1.000 to 1.004 s occur."""
+
+
+class Placed(NamedTuple):
+    """A log: its name, its autopilot, and what was added to its times, s."""
+
+    name: str
+    number: int
+    offset: float
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -76,8 +84,8 @@ class Voting:
         Who was voted out, and how soon.
     zero : int
         us, t = 0 of the first log on the clock that all times of this value are of.
-    offsets : mapping of str to float
-        s, by file: what was added to its times.
+    logs : tuple of Placed
+        The logs, in the order given.
     onset : float or None
         s of the first log, as stated.
     notes : tuple of str
@@ -89,7 +97,7 @@ class Voting:
     selection: Selection
     reactions: tuple[Reaction, ...]
     zero: int
-    offsets: Mapping[str, float]
+    logs: tuple[Placed, ...]
     onset: float | None
     notes: tuple[str, ...]
 
@@ -158,7 +166,8 @@ def vote(
         for flags, log, shift in zip(found, logs, shifts, strict=True)
     ]
     known = {one.number: one for one in moved}
-    names = {one.number: log.name for one, log in zip(moved, logs, strict=True)}
+    placed = _placed(logs, moved, shifts)
+    names = {one.number: one.name for one in placed}
     records = {}
     for one, log, shift in zip(moved, logs, shifts, strict=True):
         stated = recorded_of(log, settings)
@@ -179,7 +188,7 @@ def vote(
             None if onset is None else microseconds(onset) + zero,
         ),
         zero=zero,
-        offsets={log.name: shift for log, shift in zip(logs, shifts, strict=True)},
+        logs=placed,
         onset=onset,
         notes=_notes(known, names, seen, settings),
     )
@@ -196,6 +205,17 @@ def preset(name: str) -> Settings:
     if name not in PRESETS:
         raise UsageError(f"no preset is called {name!r}", hint=f"known: {', '.join(PRESETS)}")
     return PRESETS[name]
+
+
+def _placed(
+    logs: Sequence[Log], flags: Sequence[LogFlags], shifts: Sequence[float]
+) -> tuple[Placed, ...]:
+    """Return the logs with names that tell them apart: by their paths where file names do not."""
+    is_told = len({log.name for log in logs}) == len(logs)
+    return tuple(
+        Placed(log.name if is_told else str(log.path), one.number, shift)
+        for log, one, shift in zip(logs, flags, shifts, strict=True)
+    )
 
 
 def _check_times(settings: Settings, onset: float | None, phase: float | None) -> None:
@@ -281,12 +301,12 @@ def _notes(
     settings: Settings,
 ) -> tuple[str, ...]:
     lines = [f"{names[number]}: {note}" for number, log in known.items() for note in log.notes]
-    for witness in seen:
-        if witness.is_inferred:
-            lines.append(
-                f"there is no log of autopilot {witness.number}: its votes are inferred from what "
-                "others received, so that a link that it alone lost does not show"
-            )
+    inferred = [str(witness.number) for witness in seen if witness.is_inferred]
+    if inferred:
+        lines.append(
+            f"there is no log of autopilot {' and '.join(inferred)}: votes are inferred from what "
+            "others received, so that a link that it alone lost does not show"
+        )
     if settings.cycle != PRESETS[settings.name].cycle and any(
         log.received for log in known.values()
     ):
