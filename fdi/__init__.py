@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from fdi.decision import load_policy
     from fdi.diagnosis import diagnose
     from fdi.errors import FdiError, LogError, ModelError, OutputError, UsageError
+    from fdi.methods.voting import vote
     from fdi.model import load_airframe
     from fdi.residuals import build_bank
     from fdi.result import Analysis
@@ -34,6 +35,7 @@ _HOMES = {
     "load_policy": "fdi.decision",
     "read": "fdi.telemetry",
     "residuals_of": "fdi.chain",
+    "vote": "fdi.methods.voting",
 }
 
 __version__ = "0.1.0"
@@ -51,6 +53,7 @@ __all__ = [
     "load_policy",
     "read",
     "residuals_of",
+    "vote",
 ]
 
 

@@ -134,7 +134,10 @@ def vote(logs: Sequence[str], simulate: str | None, **asked: Any) -> int:
             "logs and --simulate are both given" if logs else "there is no log",
             hint="give the logs of the autopilots, or --simulate N without any",
         )
-    _refuse(OF_SIMULATION if logs else OF_LOGS, "--simulate" if logs else "logs")
+    if logs:
+        _refuse(OF_SIMULATION, "is of --simulate", "leave it out, or give --simulate")
+    else:
+        _refuse(OF_LOGS, "is of logs and says nothing of a simulation", "leave it out")
     if simulate is not None:
         _simulate(_numbers(simulate), _settings(asked), asked)
     else:
@@ -142,7 +145,7 @@ def vote(logs: Sequence[str], simulate: str | None, **asked: Any) -> int:
     return 0
 
 
-def _refuse(options: dict[str, str], of: str) -> None:
+def _refuse(options: dict[str, str], why: str, hint: str) -> None:
     """Refuse options that have no meaning here.
 
     Raises
@@ -153,7 +156,7 @@ def _refuse(options: dict[str, str], of: str) -> None:
     context = get_current_context()
     for name, option in options.items():
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            raise UsageError(f"{option} is of {of}", hint=f"leave it out, or give {of}")
+            raise UsageError(f"{option} {why}", hint=hint)
 
 
 def _settings(asked: dict[str, Any]) -> Settings:

@@ -5,18 +5,26 @@ those of the first. Which shift it is says `fdi.telemetry.together`: the clocks 
 motion confirms it, because two tests of one day begin at the same time since boot. Three estimators
 of one vehicle agree like two recorders of one: r = 0.998 in the published test; 0.30 to 0.50
 between logs of two tests.
+
+The motion alone can be deceived: two simulated flights of one plan were flown so much alike that r
+was 0.91. So where both logs know UTC by satellite, they also have to agree about it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
 
 from fdi.errors import UsageError
 from fdi.methods.voting.flags import number_of
 from fdi.telemetry import Log
 from fdi.telemetry.together.placing import place
 
-_HINT = "give vote the logs of the autopilots of one vehicle and one flight"
+_UTC_APART_S: Final = 2.0
+"""So far apart may two receivers tell the same moment: whole seconds, told late."""
+_HINT: Final = "give vote the logs of the autopilots of one vehicle and one flight"
 
 
 def offsets(logs: Sequence[Log]) -> tuple[float, ...]:
@@ -39,11 +47,29 @@ def offsets(logs: Sequence[Log]) -> tuple[float, ...]:
 
 def _offset(first: Log, log: Log) -> float:
     try:
-        return place(first, log).offset
+        offset = place(first, log).offset
     except UsageError as error:
         raise UsageError(
             f"{error.message}{_in_utc(first, log)}", where=str(log.path), hint=_HINT
         ) from error
+    apart = _utc_apart(first, log, offset)
+    if apart is not None and apart > _UTC_APART_S:
+        raise UsageError(
+            f"is of another flight than {first.name}: where their motion agrees, their satellite "
+            f"times are {apart:.1f} s apart{_in_utc(first, log)}",
+            where=str(log.path),
+            hint=_HINT,
+        )
+    return offset
+
+
+def _utc_apart(first: Log, log: Log, offset: float) -> float | None:
+    """Return by how much two logs differ about UTC, s, None where a receiver does not tell both."""
+    clocks = first.clock, log.clock
+    if any(clock.utc_source != "vehicle" for clock in clocks):
+        return None
+    found = np.abs(log.clock.utc_offset[:, None] - offset - first.clock.utc_offset)
+    return None if np.isnan(found).all() else float(np.nanmin(found))
 
 
 def _in_utc(first: Log, log: Log) -> str:
@@ -51,7 +77,7 @@ def _in_utc(first: Log, log: Log) -> str:
     started, other = first.clock.utc(first.span[0]), log.clock.utc(log.span[0])
     if started is None or other is None:
         return ""
-    return f"; this one begins at {other[:19]} UTC, that one at {started[:19]}"
+    return f"; it begins at {other[:19]} UTC, {first.path} at {started[:19]}"
 
 
 def _check_numbers(logs: Sequence[Log]) -> None:
