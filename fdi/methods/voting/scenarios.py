@@ -75,27 +75,27 @@ def standard(
 ) -> Mapping[str, tuple[Scenario, Settings]]:
     """Return the scenarios by name, in an order in which they can be read."""
     most = replace(settings, quorum=autopilots // 2 + 1)
-
-    def made(*kinds: Kind, loss: float = 0.0) -> Scenario:
-        return Scenario(autopilots, first_fail(*kinds), loss=loss, lasts=lasts)
-
+    found: dict[str, tuple[Scenario, Settings]] = {}
+    for name, kinds, loss, rules in (
+        ("nothing fails, 30 % of messages lost", (), 0.3, settings),
+        ("1 faulty", ("faulty",), 0.0, settings),
+        ("2 faulty", ("faulty", "faulty"), 0.0, settings),
+        ("1 mute", ("mute",), 0.0, settings),
+        ("1 dead, all votes are awaited", ("dead",), 0.0, settings),
+        ("1 dead, a majority is awaited", ("dead",), 0.0, most),
+        ("1 faulty, 10 % of messages lost", ("faulty",), 0.1, settings),
+        ("1 faulty, 30 % of messages lost", ("faulty",), 0.3, settings),
+        ("1 stuck", ("stuck",), 0.0, settings),
+        ("2 stuck", ("stuck", "stuck"), 0.0, settings),
+        ("1 lying", ("lying",), 0.0, settings),
+        ("1 faulty, 1 lying", ("faulty", "lying"), 0.0, settings),
+    ):
+        if len(kinds) < autopilots:
+            failures = first_fail(*kinds)
+            found[name] = Scenario(autopilots, failures, loss=loss, lasts=lasts), rules
     jammed = Scenario(autopilots, (Failure("lying", 2),), outside=True, lasts=lasts)
-    found: dict[str, tuple[Scenario, Settings]] = {
-        "nothing fails, 30 % of messages lost": (made(loss=0.3), settings),
-        "1 faulty": (made("faulty"), settings),
-        "2 faulty": (made("faulty", "faulty"), settings),
-        "1 mute": (made("mute"), settings),
-        "1 dead, all votes are awaited": (made("dead"), settings),
-        "1 dead, a majority is awaited": (made("dead"), most),
-        "1 faulty, 10 % of messages lost": (made("faulty", loss=0.1), settings),
-        "1 faulty, 30 % of messages lost": (made("faulty", loss=0.3), settings),
-        "1 stuck": (made("stuck"), settings),
-        "2 stuck": (made("stuck", "stuck"), settings),
-        "1 lying": (made("lying"), settings),
-        "1 faulty, 1 lying": (made("faulty", "lying"), settings),
-        "all flags bad from outside, 1 lying": (jammed, settings),
-    }
-    return {name: pair for name, pair in found.items() if len(pair[0].failures) < autopilots}
+    found["all flags bad from outside, 1 lying"] = jammed, settings
+    return found
 
 
 def run_standard(
