@@ -216,7 +216,8 @@ def _reactions(found: Voting, usual: Voting | None) -> Iterator[RenderableType]:
     yield made
     yield text(
         "  detection: the first vote that changes; take-over: the count of the votes that follows "
-        f"the majority, up to {found.settings.selection_hold:g} s later",
+        f"the majority, up to {found.settings.selection_hold:g} s later; earlier: needlessly, "
+        "before there was anything to react to",
         "dim",
     )
 
@@ -235,4 +236,7 @@ def reaction_cells(label: str, one: Reaction) -> tuple[str, ...]:
 
 
 def _span(found: tuple[float, float] | None) -> str:
-    return "–" if found is None else f"{found[0]:.2f} to {found[1]:.2f}"
+    if found is None:
+        return "–"
+    low, high = (f"{t:.2f}" if t >= 0 else "earlier" for t in found)
+    return low if low == high else f"{low} to {high}"

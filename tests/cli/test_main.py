@@ -33,7 +33,9 @@ def test_the_package_runs_as_a_module() -> None:
     assert ended.stdout == f"fdi, version {__version__}\n"
 
 
-@pytest.mark.parametrize("command", ["analyze", "info", "convert", "structure", "calibrate"])
+@pytest.mark.parametrize(
+    "command", ["analyze", "info", "convert", "structure", "calibrate", "vote"]
+)
 def test_help_shows_an_example(run: Run, command: str) -> None:
     ended = run(command, "--help")
     assert ended.code == 0

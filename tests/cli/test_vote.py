@@ -61,6 +61,14 @@ def test_a_what_if_is_told_beside_the_preset(run: Run, write) -> None:
     assert detection[0] - detection[1] == pytest.approx(2.0, abs=0.01)
 
 
+def test_a_vote_that_changes_before_anything_failed_is_told_as_needless(run: Run, write) -> None:
+    """Stamps are 0.5 s old when they come: a silence of 1 s is met between two messages."""
+    ended = run("vote", write("two.ulg", 2, silent_from={1: 20.0}), "--silence", 1, "--onset", 19)
+    row = next(x for x in ended.out.splitlines() if x.startswith("what if  "))
+    assert "earlier" in row
+    assert "-" not in row
+
+
 def test_the_thesis_compares_later(run: Run, write) -> None:
     one = write("one.ulg", bad=LOST, lasts_s=60.0)
     texts = {}

@@ -117,7 +117,7 @@ def flags_of(log: Log, settings: Settings) -> LogFlags:
             f"holds none of the {len(flags)} flags that are compared "
             f"({flags[0].topic}.{flags[0].name}, ...)",
             where=log.name,
-            hint="the voter compares flags of PX4 up to 1.13, in its own log (.ulg)",
+            hint="the voter compares flags of PX4 1.12, in the log that it writes itself (.ulg)",
         )
     notes = [f"the log has no flag {name}: not compared" for name in lacking]
     own = _own(log, settings, boot)

@@ -150,3 +150,19 @@ def test_of_two_autopilots_the_scenarios_with_two_failures_are_left_out():
     by_name = {row.name: [one.scenario.autopilots for one in row.outcomes] for row in rows}
     assert by_name["2 faulty"] == [3]
     assert by_name["1 faulty"] == [2, 3]
+
+
+def test_a_liar_also_votes_for_itself():
+    """Stuck 1, well 2, lying 3: three different votes, and the first wins; 1 and 3 alone do not."""
+    scenario = Scenario(3, (Failure("stuck", 1), Failure("lying", 3)))
+    assert simulate(scenario, RULES, runs=40).wrong.value == 1.0
+    assert simulate(Scenario(3, (Failure("stuck", 1),)), RULES, runs=40).wrong.value == 0.0
+
+
+def test_under_loss_the_published_table_of_three_does_better_than_the_rule_for_n(monkeypatch):
+    """It ranks one with errors as low as a silent one, which so keeps its vote for another."""
+    by_table = outcome(3, "faulty", loss=0.3, runs=400)
+    monkeypatch.setattr("fdi.methods.voting.priorities.THREE", 99)
+    by_rule = outcome(3, "faulty", loss=0.3, runs=400)
+    assert by_table.wrong.high < 0.06
+    assert by_rule.wrong.low > 0.2
