@@ -16,9 +16,9 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
   ``fdi info`` and ``fdi structure`` give as JSON
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
-- ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and gives
-  as JSON and CSV; ``vote_rows.py``: the rows that these share; ``vote_files.py``: its folder
-- ``simulation_text.py``, ``reliability_text.py``: simulated voters, and units in series and parallel
+- ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and
+  tabulates; ``vote_rows.py``: the rows that these share; ``vote_files.py``: its folder
+- ``simulation_text.py``, ``reliability_text.py``: simulated voters; units in series and parallel
 - ``words.py``: times, numbers and foreign text as a person reads them
 """
 

@@ -52,6 +52,9 @@ def vote_summary(found: Voting, usual: Voting | None = None) -> Iterator[Rendera
     """
     yield text(", ".join(one.name for one in found.logs), "bold")
     yield text(rules_line(found.settings))
+    if len(found.logs) > 1:
+        shifts = ", ".join(f"{one.name} {one.offset:+.3f} s" for one in found.logs[1:])
+        yield text(f"put on the clock of {found.logs[0].name}: {shifts}")
     if usual is not None:
         yield text(f"what if: {changed(found.settings)}", "yellow")
     yield text("")

@@ -223,9 +223,11 @@ def _since(message: Message, t: Floats, scale: float, boot: int) -> tuple[Ints, 
 
 def _unknown(samples: FlagSamples, settings: Settings, lacking: list[str], whose: str) -> list[str]:
     """Return a line that says where flags are unknown that the log has."""
-    share = np.isnan(samples.bad).mean(axis=0)
-    known = [name not in lacking for name in settings.flags]
-    some = [name for name, k, s in zip(settings.flags, known, share, strict=True) if k and s > 0]
+    is_known = np.isfinite(samples.bad)
+    has_begun = np.maximum.accumulate(is_known, axis=0)  # one topic may begin before another
+    is_missed = np.any(has_begun & ~is_known, axis=0) | ~is_known.any(axis=0)
+    pairs = zip(settings.flags, is_missed, strict=True)
+    some = [name for name, missed in pairs if missed and name not in lacking]
     if not some:
         return []
     names = ", ".join(some[:3]) + (", ..." if len(some) > 3 else "")

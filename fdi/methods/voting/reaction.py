@@ -77,7 +77,7 @@ class Reaction:
         us; when its flags were lost that count as errors, or the stamp of its last message. None
         where it was never heard of.
     changes : tuple of Change
-        In the order of time.
+        In the order of time; of each autopilot the first.
     majority : int or None
         us; when enough votes had changed; None where that does not come.
     majority_any_phase : Range or None
@@ -137,13 +137,12 @@ def reactions(
     numbers = [voter.number for voter in voters]
     found: dict[tuple[int, int], list[tuple[int, Change]]] = {}
     for place, voter in enumerate(voters):
-        replay, record = shown[place], stated[place]
-        for row in np.flatnonzero(np.diff(replay.vote)) + 1:
-            pair = int(replay.vote[row - 1]), int(replay.vote[row])
+        for pair, row in _first_changes(shown[place]).items():
+            record = stated[place]
             change = Change(
                 voter.number,
                 voter.is_inferred,
-                int(replay.t[row]),
+                int(shown[place].t[row]),
                 _of_any_phase(free[place], pair),
                 None
                 if record is None
@@ -165,6 +164,15 @@ def reactions(
             )
         )
     return tuple(sorted(made, key=lambda one: (one.detected, one.pilot)))
+
+
+def _first_changes(replay: Replay) -> dict[tuple[int, int], int]:
+    """Return by (from, to) the first row in which a vote changes so."""
+    rows = (np.flatnonzero(np.diff(replay.vote)) + 1).tolist()
+    found: dict[tuple[int, int], int] = {}
+    for row in rows:
+        found.setdefault((int(replay.vote[row - 1]), int(replay.vote[row])), row)
+    return found
 
 
 def _reaction(

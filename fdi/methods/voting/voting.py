@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -68,6 +69,9 @@ class Voter:
     recorded: Recorded | None
     differing: Mapping[str, int] | None
 
+    def __repr__(self) -> str:
+        return f"<Voter {self.number}: {self.log or 'inferred'}, {self.replay.t.size} cycles>"
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Voting:
@@ -118,6 +122,9 @@ class Voting:
             f"<Voting of {len(self.voters)} autopilots, rules {self.settings.name}: "
             f"{out or 'nobody is voted out'}>"
         )
+
+    def _repr_html_(self) -> str:
+        return f"<code>{escape(repr(self))}</code>"
 
 
 def vote(

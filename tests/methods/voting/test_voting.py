@@ -172,3 +172,22 @@ def test_impossible_arguments_are_refused(load):
         fdi.vote(log, "best")
     with pytest.raises(UsageError, match="no log"):
         fdi.vote([])
+
+
+def test_an_autopilot_that_changes_its_vote_twice_counts_once_for_the_majority(load):
+    """Flags lost, found after the hold, and lost again: one voter is no majority of three."""
+    again = {"failsafe": lambda t: 20 <= t < 23 or 28 <= t < 31}
+    rules = replace(RECORDED, hold=1.0)
+    logs = [load(1, peers=(), bad=again), load(2, peers=()), load(3, peers=())]
+    found = fdi.vote(logs, rules)
+    out = next(one for one in found.reactions if (one.pilot, one.to) == (1, 2))
+    assert [change.voter for change in out.changes] == [1, 2, 3]
+    back = next(one for one in found.reactions if (one.pilot, one.to) == (2, 1))
+    assert len(back.changes) == 3
+
+
+def test_values_print_themselves(load):
+    found = fdi.vote(load(1, bad=LOST))
+    assert repr(found) == "<Voting of 3 autopilots, rules recorded: 1 voted out at 21.0 s>"
+    assert "&lt;Voting of 3" in found._repr_html_()
+    assert repr(found.voters[1]).startswith("<Voter 2: inferred, ")
