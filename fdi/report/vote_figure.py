@@ -31,6 +31,7 @@ from fdi.report.style import (
 from fdi.report.vote_rows import (
     Run,
     grouped_errors,
+    pauses,
     runs,
     selected_runs,
     silent_runs,
@@ -96,6 +97,7 @@ def _rows(found: Voting) -> list[_Row]:
     for voter in found.voters:
         who = f"autopilot {voter.number}" + (" (inferred)" if voter.witness.is_inferred else "")
         votes = [_coloured(run, found) for run in vote_runs(found, voter)]
+        votes += [_Bar(start, end, PALE, "", HATCH) for start, end in pauses(found, voter)]
         rows.append(_Row(f"{who} votes for", votes, True))
         rows += [
             _Row(f"priority of {number}", _priorities(found, voter, place))
@@ -221,6 +223,8 @@ def _legend(axes: Any, found: Voting) -> None:
     from matplotlib.patches import Patch
 
     handles = []
+    if any(pauses(found, voter) for voter in found.voters):
+        handles.append(Patch(facecolor=PALE, hatch=HATCH, label="no comparison"))
     if any(np.any(voter.replay.blamed) for voter in found.voters):
         handles.append(Patch(facecolor=PALE, hatch=HATCH, label="flag blamed"))
     if any(np.any(voter.replay.counted) for voter in found.voters):

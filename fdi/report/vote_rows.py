@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from fdi.methods.voting import Reaction, Voting
 from fdi.methods.voting.reaction import Range
 from fdi.methods.voting.selection import FOREVER
 from fdi.methods.voting.voting import Voter
+
+_PAUSE_CYCLES: Final = 2.0
+"""So many cycles apart, two cycles have a pause between them."""
 
 
 class Run(NamedTuple):
@@ -82,6 +85,18 @@ def times(found: Voting, voter: Voter) -> NDArray[np.float64]:
 def vote_runs(found: Voting, voter: Voter) -> list[Run]:
     """Return whom an autopilot voted for, by number."""
     return runs(times(found, voter), np.array(found.numbers)[voter.replay.vote])
+
+
+def pauses(found: Voting, voter: Voter) -> list[tuple[float, float]]:
+    """Return from when to when an autopilot compared nothing, s.
+
+    The gate was closed, or there are no cycles: the record holds those with a comparison only.
+    """
+    t = times(found, voter)
+    is_open = voter.replay.is_open[:-1]
+    is_pause = ~is_open | (np.diff(t) > _PAUSE_CYCLES * found.settings.cycle)
+    spans = runs(t, np.append(is_pause, is_pause[-1:]).astype(np.int64))
+    return [(run.start, run.end) for run in spans if run.value]
 
 
 def selected_runs(found: Voting) -> list[Run]:

@@ -9,6 +9,7 @@ import fdi
 from fdi.errors import LogError, UsageError
 from fdi.methods.voting import PRESETS
 from fdi.methods.voting.flags import flags_of
+from fdi.report.vote_rows import pauses
 
 from .build import CONDITIONS, UTC_US, S
 
@@ -191,3 +192,9 @@ def test_values_print_themselves(load):
     assert repr(found) == "<Voting of 3 autopilots, rules recorded: 1 voted out at 21.0 s>"
     assert "&lt;Voting of 3" in found._repr_html_()
     assert repr(found.voters[1]).startswith("<Voter 2: inferred, ")
+
+
+def test_pauses_are_where_nothing_is_compared(load):
+    """Until 10 s after take-off (5 s since boot, 4 s of the log); on the ground after 10 s."""
+    found = fdi.vote(load(1, takeoff_s=15.0))
+    assert pauses(found, found.voters[0]) == [(0.0, 10.0), (14.0, 25.0)]
