@@ -1,0 +1,339 @@
+"""What does a person have to know of the estimator's health in this flight?
+
+In: what the other files found. Out: `Finding`s in the order of time, a sentence each: a source no
+longer fused, a whipsaw of the selector, a ratio that rises before the first symptom, one that grows
+for a minute, rejected measurements; and whether the vehicle was upset before the estimator
+complained: then the estimator is a consequence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.methods.estimator.bits import Bits
+from fdi.methods.estimator.cores import MANY_S, RETURN_S, Selection
+from fdi.methods.estimator.ratios import REJECTED, Ratio
+from fdi.methods.estimator.records import table
+from fdi.methods.estimator.spans import Span, spans_of
+from fdi.methods.estimator.tree import Node, joined
+from fdi.telemetry import Flight, Log
+
+Floats = NDArray[np.float64]
+Kind = Literal[
+    "consequence", "not fused", "whipsaw", "before symptom", "drift", "rejected", "fault"
+]
+
+STILL_S: Final = 5.0
+"""PX4 and ArduPilot give up a source after 5 s without it (EKF2_NOAID_TOUT and alike)."""
+STILL_TIMES: Final = 5.0
+"""So many times longer than usual a ratio must keep its value: slow sources are no lost ones."""
+HUNDREDTHS: Final = 1e-6
+"""A column of whole hundredths repeats itself by rounding: it cannot show a ratio at rest."""
+FALL_S: Final = 1.0
+"""A shorter break of a source is a change of reference, not its loss."""
+DRIFT_S: Final = 60.0
+DRIFT_STEPS: Final = 5
+"""A minute in so many parts, each with a larger median than the one before."""
+DRIFT_GROWTH: Final = 2.0
+"""What healthy flights show of slow growth by wind and speed stays below twice."""
+UPSET: Final = 60.0
+"""deg: FD_FAIL_R, FD_FAIL_P where the log has none: PX4's default."""
+UPSET_S: Final = 0.3
+"""FD_FAIL_R_TTRI, FD_FAIL_P_TTRI: PX4's default."""
+_ROTORS: Final = ("quad", "hexa", "octa", "helicopter")
+_SOLUTION: Final = {
+    "pos_horiz_abs": "the absolute horizontal position",
+    "velocity_horiz": "the horizontal velocity",
+    "pos_vert_abs": "the height",
+    "attitude": "the attitude",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing a person has to know.
+
+    Attributes
+    ----------
+    kind : Kind
+    t, end : float, float or None
+        s, from when to when.
+    text : str
+        The sentence.
+    source : str
+        The channel or quantity it is read from.
+    is_late : bool
+        The vehicle was upset before it: a consequence.
+    """
+
+    kind: Kind
+    t: float
+    end: float | None
+    text: str
+    source: str = ""
+    is_late: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Something that happened, in words."""
+
+    t: float
+    what: str
+
+
+def findings_of(
+    ratios: Sequence[Ratio],
+    bits: Bits,
+    selection: Selection,
+    air: Span,
+    symptom: Moment | None,
+    upset: Moment | None,
+    complaint: Moment | None,
+) -> tuple[Finding, ...]:
+    """Return the findings in the order of time.
+
+    Parameters
+    ----------
+    ratios : sequence of Ratio
+        Of the core that flew.
+    bits, selection
+    air : (from, to), s
+    symptom, upset, complaint : Moment or None
+        The first symptom of the vehicle, its first roll-over, loss of control or impact, and the
+        estimator's first complaint.
+    """
+    found = [
+        *_still(ratios, air),
+        *_fallen(bits, selection, air),
+        *_whipsaws(selection),
+        *_rises(ratios, symptom),
+        *_drifts(ratios, air),
+        *_rejected(ratios),
+        *_faults(bits, selection, air),
+    ]
+    if upset is not None:
+        found = [replace(one, is_late=one.t >= upset.t) for one in found]
+        found.extend(_consequence(upset, complaint))
+    return tuple(sorted(found, key=lambda one: (one.t, one.kind, one.text)))
+
+
+def _still(ratios: Sequence[Ratio], air: Span) -> Iterator[Finding]:
+    for ratio in ratios:
+        found = standing(ratio.t, ratio.value, air)
+        if found:
+            low, high = found[0]
+            value = float(ratio.value[np.searchsorted(ratio.t, low)])
+            more = f", {len(found)} times in all" if len(found) > 1 else ""
+            text = (
+                f"{ratio.quantity} is no longer fused: its ratio stands still at {value:.4g} "
+                f"for {high - low:.1f} s{more}"
+            )
+            yield Finding("not fused", low, high, text, ratio.channel)
+
+
+def standing(t: Floats, value: Floats, air: Span) -> tuple[Span, ...]:
+    """Return where a ratio that else changes keeps its value for 5 s or longer, in the air.
+
+    Not where it is 0 (nothing was ever fused) or above 1 (rejected, and at the end of its scale).
+    """
+    inside = (t >= air[0]) & (t <= air[1]) & np.isfinite(value)
+    at, kept = t[inside], value[inside]
+    if at.size < 3 or np.all(np.abs(kept * 100 - np.rint(kept * 100)) < HUNDREDTHS):
+        return ()
+    starts = np.flatnonzero(np.concatenate(([True], kept[1:] != kept[:-1])))
+    first = at[starts]
+    last = at[np.append(starts[1:], at.size) - 1]
+    usual = float(np.median(np.diff(first))) if starts.size > 2 else np.inf
+    least = max(STILL_S, STILL_TIMES * usual)
+    rests = (kept[starts] > 0.0) & (kept[starts] <= REJECTED)
+    rows = np.flatnonzero((last - first >= least) & rests)
+    return tuple((float(first[i]), float(last[i])) for i in rows)
+
+
+def _fallen(bits: Bits, selection: Selection, air: Span) -> Iterator[Finding]:
+    for core in sorted({mask.core for mask in bits.masks}):
+        for source, names in table("masks")["fused"].items():
+            spans = [bits.spans("control", name, core) for name in names]
+            known = [span for one in spans if one is not None for span in one]
+            for low, high in fallen(joined(known), air):
+                if flies(selection, core, low):
+                    text = f"{source} is no longer used by estimator {core} (its bit falls)"
+                    yield Finding("not fused", low, high, text, f"control bits: {', '.join(names)}")
+        for name, what in _SOLUTION.items():
+            for low, high in fallen(bits.spans("solution", name, core) or (), air):
+                if flies(selection, core, low):
+                    text = f"estimator {core} gives up {what} ({name} falls)"
+                    yield Finding("not fused", low, high, text, f"solution bit {name}")
+
+
+def fallen(spans: Sequence[Span], air: Span) -> tuple[Span, ...]:
+    """Return where a bit that was set is not, in the air, for a second or longer."""
+    ends = [*(low for low, _ in spans[1:]), *([air[1]] if spans else [])]
+    found = [(high, min(low, air[1])) for (_, high), low in zip(spans, ends, strict=True)]
+    return tuple((a, b) for a, b in found if a > air[0] and b - a >= FALL_S)
+
+
+def flies(selection: Selection, core: int, t: float) -> bool:
+    """Return whether a core was the selected one just before a time; True where nobody knows."""
+    if not selection.t.size:
+        return True
+    row = int(np.searchsorted(selection.t, t, side="left")) - 1
+    return int(selection.number[max(row, 0)]) == core
+
+
+def _whipsaws(selection: Selection) -> Iterator[Finding]:
+    for low, high in selection.whipsaws:
+        changes = [c for c in selection.changes if low <= c.t <= high]
+        reasons = sorted({c.reason for c in changes if c.reason})
+        why = f"; the autopilot's reason: {', '.join(reasons)}" if reasons else ""
+        text = (
+            f"the selector whips to and fro: {len(changes)} changes of the core from {low:.1f} "
+            f"to {high:.1f} s (3 within {MANY_S:g} s, or back within {RETURN_S:g} s){why}"
+        )
+        yield Finding("whipsaw", low, high, text, selection.source)
+
+
+def _rises(ratios: Sequence[Ratio], symptom: Moment | None) -> Iterator[Finding]:
+    rising = [ratio for ratio in ratios if ratio.rises]
+    for ratio in sorted(rising, key=lambda one: one.rises[0]):
+        low, high = ratio.rises[0]
+        inside = (ratio.t >= low) & (ratio.t <= high)
+        most = float(np.nanmax(ratio.excess[inside]))
+        text = (
+            f"{ratio.quantity} ratio rises to {most:.1f} times its own level of "
+            f"{ratio.level:.2g} (healthy flights stay below {ratio.limit:.1f})"
+        )
+        if symptom is not None and low < symptom.t:
+            text += f", {symptom.t - low:.1f} s before the first symptom: {symptom.what}"
+        yield Finding("before symptom", low, high, text, ratio.channel)
+
+
+def _drifts(ratios: Sequence[Ratio], air: Span) -> Iterator[Finding]:
+    for ratio in ratios:
+        if ratio.level is None:
+            continue
+        for low, high, growth in growing(ratio.t, ratio.value, air, ratio.level):
+            text = (
+                f"{ratio.quantity} ratio grows for {high - low:.0f} s, to {growth:.1f} times: "
+                f"a slow drift"
+            )
+            yield Finding("drift", low, high, text, ratio.channel)
+
+
+def growing(
+    t: Floats, value: Floats, air: Span, level: float
+) -> tuple[tuple[float, float, float], ...]:
+    """Return (from, to, growth) where the median of each 12 s is above the one before.
+
+    For a minute or longer, to twice the first one or more and to twice the level or more.
+    """
+    width = DRIFT_S / DRIFT_STEPS
+    count = int((air[1] - air[0]) // width)
+    if count < DRIFT_STEPS:
+        return ()
+    edges = air[0] + width * np.arange(count + 1)
+    place = np.searchsorted(edges, t, side="right") - 1
+    medians = np.array([_median(value[place == i]) for i in range(count)])
+    with np.errstate(invalid="ignore"):
+        rises = medians[1:] > medians[:-1]
+    found = []
+    for low, high in spans_of(np.arange(rises.size, dtype=np.float64), rises):
+        # the last true step has no record after it where the rise lasts to the end
+        steps = int(high - low) + int(high == rises.size - 1 and bool(rises[-1]))
+        first, last = medians[int(low)], medians[int(low) + steps]
+        growth = float(last / max(first, level))
+        if steps >= DRIFT_STEPS - 1 and growth >= DRIFT_GROWTH:
+            found.append((float(edges[int(low)]), float(edges[int(low) + steps + 1]), growth))
+    return tuple(found)
+
+
+def _median(values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if known.size >= 3 else np.nan
+
+
+def _rejected(ratios: Sequence[Ratio]) -> Iterator[Finding]:
+    for ratio in ratios:
+        if ratio.rejected:
+            low, high = ratio.rejected[0]
+            times = len(ratio.rejected)
+            more = f", {times} times in all" if times > 1 else ""
+            text = f"{ratio.quantity} is rejected: its ratio is above 1 for {high - low:.1f} s"
+            yield Finding("rejected", low, high, text + more, ratio.channel)
+
+
+def _faults(bits: Bits, selection: Selection, air: Span) -> Iterator[Finding]:
+    for bit in bits.of("fault"):
+        spans = [span for span in bit.spans if span[1] >= air[0] and span[0] <= air[1]]
+        if spans:
+            low, high = spans[0]
+            own = "the one that flies" if flies(selection, bit.core, low) else "not the one flown"
+            times = f", {len(spans)} times" if len(spans) > 1 else ""
+            text = f"filter fault {bit.name} of estimator {bit.core} ({own}){times}"
+            yield Finding("fault", low, high, text, bit.source)
+
+
+def _consequence(upset: Moment, complaint: Moment | None) -> Iterator[Finding]:
+    if complaint is not None and complaint.t > upset.t:
+        text = (
+            f"{upset.what} {complaint.t - upset.t:.1f} s before the estimator first complains "
+            f"({complaint.what} at {complaint.t:.1f} s): the estimator is a consequence"
+        )
+        yield Finding("consequence", upset.t, complaint.t, text)
+
+
+def upset_of(log: Log, number: int, flight: Flight) -> Moment | None:
+    """Return when the vehicle was upset: control lost, rolled over, hit something."""
+    end = next((one for one in log.ends if one.flight == number), None)
+    if end is None or not end.is_bad:
+        return None
+    found = [
+        Moment(t, what)
+        for t, what in (
+            (end.lost_control, "control was lost"),
+            (end.overturned, "it lay on its back"),
+            (flight.impact, "it hit the ground"),
+        )
+        if t is not None
+    ]
+    over = _rolled_over(log, flight) if log.vehicle in _ROTORS else None
+    if over is not None:
+        found.append(Moment(over, "it rolled over"))
+    return min(found, key=lambda one: one.t, default=None)
+
+
+def _rolled_over(log: Log, flight: Flight) -> float | None:
+    attitude = log.messages.get("ATTITUDE")
+    if attitude is None or "roll" not in attitude or "pitch" not in attitude:
+        return None
+    limits = [np.radians(log.parameters.get(f"FD_FAIL_{axis}", UPSET) or UPSET) for axis in "RP"]
+    with np.errstate(invalid="ignore"):
+        over = (np.abs(attitude.si("roll")) > limits[0]) | (
+            np.abs(attitude.si("pitch")) > limits[1]
+        )
+    low, high = flight.airborne
+    over &= (attitude.t >= low) & (attitude.t <= high)
+    spans = [span for span in spans_of(attitude.t, over) if span[1] - span[0] >= UPSET_S]
+    return spans[0][0] if spans else None
+
+
+def complaint_of(
+    ratios: Sequence[Ratio], complaints: Sequence[Node], selection: Selection
+) -> Moment | None:
+    """Return the estimator's first complaint: a rejection, an invalid estimate, another core."""
+    found = [
+        Moment(ratio.rejected[0][0], f"{ratio.quantity} ratio above 1")
+        for ratio in ratios
+        if ratio.rejected
+    ]
+    for node in complaints:
+        if node.since is not None:
+            found.append(Moment(node.since, node.name))
+    found.extend(Moment(c.t, f"change to core {c.after}") for c in selection.changes)
+    return min(found, key=lambda one: one.t, default=None)
