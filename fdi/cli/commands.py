@@ -26,6 +26,7 @@ from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
 from fdi.cli.convert import convert
+from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
 from fdi.cli.fit import fit
 from fdi.cli.info import info
@@ -60,6 +61,7 @@ for _command in (
     info,
     convert,
     structure,
+    estimator,
     evaluate,
     fit,
     batch,

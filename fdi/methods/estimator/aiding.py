@@ -30,6 +30,8 @@ _DEAD: Final = (
     "vehicle_local_position.dead_reckoning",
     "estimator_status_flags.cs_inertial_dead_reckoning",
 )
+_PULSE: Final = ("vehicle_status", "estimator_status", "ATTITUDE")
+"""Messages that come whatever the sources of position do."""
 _OTHERS: Final = ("optical flow", "external vision")
 
 
@@ -57,7 +59,9 @@ def gps_stopped(log: Log) -> Node:
         if message is not None and "fix_type" in message and len(message) > 2:
             fixed = message.t[message.si("fix_type") >= FIX_3D]
             because = f"last {key} with a 3D fix, none for more than {DEAD_S:g} s"
-            spans = gaps(fixed, DEAD_S, log.span[1]) if fixed.size else None
+            # a telemetry stream that pauses is no receiver that stops: it has to say so itself
+            pulse = message.t if log.format == "tlog" else None
+            spans = told_gaps(log, fixed, DEAD_S, pulse) if fixed.size else None
             step = period(message.t)
             return Node("no GPS measurement", spans, because, resolution=step)
     return Node("no GPS measurement", None, "no GPS in this log")
@@ -81,6 +85,20 @@ def _other_aids(bits: Bits, core: int) -> list[str]:
     return [
         name for name in _OTHERS if any(bits.spans("control", bit, core) for bit in fused[name])
     ]
+
+
+def told_gaps(log: Log, t: Floats, least: float, pulse: Floats | None = None) -> tuple[Span, ...]:
+    """Return where records stay away for longer than ``least`` s while others (``pulse``) came.
+
+    Where nothing came the recorder, or the link to it, was down: that says nothing of the vehicle.
+    """
+    if pulse is None:
+        pulse = next((log[key].t for key in _PULSE if key in log and len(log[key])), np.empty(0))
+    return tuple(
+        (low, high)
+        for low, high in gaps(t, least, log.span[1])
+        if np.any((pulse > low + least) & (pulse < high))
+    )
 
 
 def set_spans(log: Log, key: str, field: str, *, when: bool) -> tuple[tuple[Span, ...], float]:

@@ -1,8 +1,8 @@
 """Which faults, timeouts, rejections and states of its solution did the estimator report?
 
-In: a log and its cores. Out: `Bits`: each by name with the spans in which they are set. Where the log has
-one field a bit (``estimator_status_flags``), its names are taken. A mask is read by the layout of
-its firmware (``masks.json``); where that is not known the bits keep their numbers.
+In: a log and its cores. Out: `Bits`: each by name with the spans in which it is set. Where the log
+has one field a bit (``estimator_status_flags``), its names are taken. A mask is read by the layout
+of its firmware (``masks.json``); where that is not known the bits keep their numbers.
 """
 
 from __future__ import annotations

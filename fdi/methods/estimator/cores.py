@@ -49,10 +49,10 @@ class Change:
 class Score:
     """What the selector compares cores by, as logged, (n,) each, and by its rule from the ratios.
 
-    ``combined``, ``relative``: as logged, NaN where the log has none; ``by_rule``: by the selector's
-    rule from the nearest record of the ratios. ``reproduced``: share of the logged scores that it
-    gives within 1e-6 (ratios logged in hundredths: within their rounding), None without any: the
-    selector compares at every update, and the log has five or ten a second.
+    ``combined``, ``relative``: as logged, NaN where the log has none; ``by_rule``: by the rule of
+    the selector from the nearest record of the ratios. ``reproduced``: share of the logged scores
+    that it gives within 1e-6 (ratios logged in hundredths: within their rounding), None without
+    any: the selector compares at every update, and the log has five or ten a second.
     """
 
     core: int

@@ -100,14 +100,14 @@ def _over(core: Core, limit: float, said: str) -> Node:
         channel = core.channels[quantity]
         return Node(title, spans_of(core.t, is_over), channel, resolution=step), is_over
 
-    nodes, masks = zip(
+    found = (
         above("compass", limit),
         above("velocity", limit),
         above("horizontal position", limit),
         above("velocity", TWICE * limit),
-        strict=True,
     )
-    count = sum(mask.astype(np.int8) for mask in masks)
+    nodes = tuple(node for node, _ in found)
+    count = np.sum([mask for _, mask in found], axis=0)
     is_known = any(node.spans is not None for node in nodes)
     spans = spans_of(core.t, count >= 2) if is_known else None
     return Node(name, spans, f"limit {limit:g} ({said})", "two", nodes, step)

@@ -25,7 +25,7 @@ from fdi.telemetry import Flight, Log
 
 Floats = NDArray[np.float64]
 Kind = Literal[
-    "consequence", "not fused", "whipsaw", "before symptom", "drift", "rejected", "fault"
+    "consequence", "not fused", "whipsaw", "before symptom", "rise", "drift", "rejected", "fault"
 ]
 
 STILL_S: Final = 5.0
@@ -36,6 +36,8 @@ HUNDREDTHS: Final = 1e-6
 """A column of whole hundredths repeats itself by rounding: it cannot show a ratio at rest."""
 FALL_S: Final = 1.0
 """A shorter break of a source is a change of reference, not its loss."""
+RELATED_S: Final = 10.0
+"""A rise that was over for longer when the first symptom came is none before it (choice)."""
 DRIFT_S: Final = 60.0
 DRIFT_STEPS: Final = 5
 """A minute in so many parts, each with a larger median than the one before."""
@@ -200,18 +202,24 @@ def _whipsaws(selection: Selection) -> Iterator[Finding]:
 
 
 def _rises(ratios: Sequence[Ratio], symptom: Moment | None) -> Iterator[Finding]:
-    rising = [ratio for ratio in ratios if ratio.rises]
-    for ratio in sorted(rising, key=lambda one: one.rises[0]):
-        low, high = ratio.rises[0]
-        inside = (ratio.t >= low) & (ratio.t <= high)
-        most = float(np.nanmax(ratio.excess[inside]))
-        text = (
-            f"{ratio.quantity} ratio rises to {most:.1f} times its own level of "
-            f"{ratio.level:.2g} (healthy flights stay below {ratio.limit:.1f})"
-        )
-        if symptom is not None and low < symptom.t:
-            text += f", {symptom.t - low:.1f} s before the first symptom: {symptom.what}"
-        yield Finding("before symptom", low, high, text, ratio.channel)
+    for ratio in ratios:
+        before = [
+            span
+            for span in ratio.rises
+            if symptom is not None and span[0] < symptom.t <= span[1] + RELATED_S
+        ]
+        for low, high in before[:1] or ratio.rises[:1]:
+            inside = (ratio.t >= low) & (ratio.t <= high)
+            most = float(np.nanmax(ratio.excess[inside]))
+            level = ratio.level or 0.0
+            text = (
+                f"{ratio.quantity} ratio rises to {most:.1f} times its own level of {level:.2g}, "
+                f"limit {ratio.limit:.1f}; that is {most * level:.2f} of its gate"
+            )
+            if symptom is not None and before:
+                text += f", {symptom.t - low:.1f} s before the first symptom: {symptom.what}"
+            kind: Kind = "before symptom" if before else "rise"
+            yield Finding(kind, low, high, text, ratio.channel)
 
 
 def _drifts(ratios: Sequence[Ratio], air: Span) -> Iterator[Finding]:
@@ -324,16 +332,19 @@ def _rolled_over(log: Log, flight: Flight) -> float | None:
 
 
 def complaint_of(
-    ratios: Sequence[Ratio], complaints: Sequence[Node], selection: Selection
+    ratios: Sequence[Ratio], complaints: Sequence[Node], selection: Selection, takeoff: float
 ) -> Moment | None:
-    """Return the estimator's first complaint: a rejection, an invalid estimate, another core."""
+    """Return the estimator's first complaint in the flight, None where it has none.
+
+    A rejection, an invalid estimate, a failsafe or another core. What held at take-off already is
+    none.
+    """
     found = [
-        Moment(ratio.rejected[0][0], f"{ratio.quantity} ratio above 1")
+        Moment(low, f"{ratio.quantity} ratio above 1")
         for ratio in ratios
-        if ratio.rejected
+        for low, _ in ratio.rejected
     ]
-    for node in complaints:
-        if node.since is not None:
-            found.append(Moment(node.since, node.name))
+    found.extend(Moment(low, node.name) for node in complaints for low, _ in node.spans or ())
     found.extend(Moment(c.t, f"change to core {c.after}") for c in selection.changes)
-    return min(found, key=lambda one: one.t, default=None)
+    new = [one for one in found if one.t > takeoff]
+    return min(new, key=lambda one: one.t, default=None)

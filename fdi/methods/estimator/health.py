@@ -1,7 +1,7 @@
 """Was the estimator healthy in this flight? The value of the whole method.
 
-In: a log. Out: `EstimatorHealth`. One flight is looked at, the last one that flew: levels, trees and
-findings are of that flight; bits, ratios and innovations are told over the whole log.
+In: a log. Out: `EstimatorHealth`. One flight is looked at, by default the last one that flew:
+levels, trees and findings are of that flight; bits, ratios and innovations of the whole log.
 """
 
 from __future__ import annotations
@@ -136,10 +136,10 @@ def estimator_health(log: Log, flight: int | None = None) -> EstimatorHealth:
     scores = scores_of(log, family, cores)
     trees = tuple(
         cut(tree, (air[0], armed[1]))
-        for tree in _trees(log, family, cores, core, bits, selection, scores)
+        for tree in _trees(log, family, cores, core, bits, selection, scores, air[0])
     )
     upset = None if number is None else upset_of(log, number, log.flights[number])
-    complaint = complaint_of(ratios, _complaints(trees), selection)
+    complaint = complaint_of(ratios, _complaints(trees), selection, air[0])
     moments = [m for m in (upset, _first_top(trees)) if m is not None]
     symptom = min(moments, key=lambda one: one.t, default=None)
     innovations = innovations_of(log, cores, air)
@@ -188,10 +188,11 @@ def _trees(
     bits: Bits,
     selection: Selection,
     scores: Sequence[Score],
+    takeoff: float,
 ) -> list[Node]:
     if log.autopilot == "px4":
         first = int(selection.number[0]) if selection.number.size else cores[0].number
-        trees = [validity_tree(log, bits, first)]
+        trees = [validity_tree(log, bits, first, core, takeoff)]
         if family.status == "estimator_status":
             trees.extend(unhealthy_tree(log, one, bits) for one in cores)
         return trees
@@ -224,8 +225,7 @@ def _complaints(trees: Sequence[Node]) -> list[Node]:
 
 
 def _first_top(trees: Sequence[Node]) -> Moment | None:
-    tops = [tree for tree in _tops(trees) if tree.since is not None]
-    found = [Moment(t.since, t.name) for t in tops if t.since is not None]
+    found = [Moment(low, tree.name) for tree in _tops(trees) for low, _ in tree.spans or ()]
     return min(found, key=lambda one: one.t, default=None)
 
 

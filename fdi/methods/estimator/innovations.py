@@ -4,7 +4,8 @@ In: a log and its cores. Out: `Innovation`s: what was measured less what was exp
 the variance and the test ratio where the log has them, each against its own level in the flight.
 
 The trap: ``estimator_innovation_test_ratios`` are squared, and their gate is the parameter's only
-while the source itself is fused (on a made-up position it is 3). So ratios are read, never computed.
+while the source itself is fused (on a made-up position it is 3). So ratios are read, none is
+computed.
 """
 
 from __future__ import annotations

@@ -112,11 +112,21 @@ def _below(node: Node, t: float) -> tuple[Node, ...]:
     return (*_below(child, span[0]), replace(child, spans=(span,)))
 
 
-def walk(node: Node, depth: int = 0) -> Iterator[tuple[Node, int]]:
-    """Yield a tree's nodes from the top, with their depths."""
-    yield node, depth
-    for child in node.children:
-        yield from walk(child, depth + 1)
+def walk(top: Node) -> Iterator[tuple[Node, int, bool]]:
+    """Yield a tree's nodes from the top, with their depths, and whether one stands there again.
+
+    A branch that several nodes share is walked once: below a repeated node there is nothing.
+    """
+    seen: set[tuple[str, tuple[Span, ...] | None]] = set()
+    below: list[tuple[Node, int]] = [(top, 0)]
+    while below:
+        node, depth = below.pop()
+        key = node.name, node.spans
+        is_again = bool(node.children) and key in seen
+        yield node, depth, is_again
+        seen.add(key)
+        if not is_again:
+            below.extend((child, depth + 1) for child in reversed(node.children))
 
 
 def first_path(top: Node) -> tuple[Node, ...]:

@@ -14,9 +14,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.methods.estimator.aiding import no_aiding, set_spans
+from fdi.methods.estimator.aiding import no_aiding, set_spans, told_gaps
 from fdi.methods.estimator.bits import Bits
-from fdi.methods.estimator.spans import Span, gaps, period, spans_of
+from fdi.methods.estimator.records import Core
+from fdi.methods.estimator.spans import lasting, period, spans_of, within
 from fdi.methods.estimator.tree import Node, any_of
 from fdi.telemetry import Log
 
@@ -29,6 +30,11 @@ EVH: Final = 1.0
 """COM_POS_FS_EPH (m) and COM_VEL_FS_EVH (m/s) where the log has none: PX4's defaults."""
 WHILE_VALID: Final = 2.5
 """The commander allows so many times more while the estimate is valid."""
+FAILS_S: Final = 2.0
+TEST_S: Final = 30.0
+FAST: Final = 5.0
+"""The commander's test: fails after so long (s), passed for good after so long in the air (s), or
+at so much speed (m/s)."""
 NORM: Final = 1e-6
 """Of the attitude's quaternion: how far its norm may be from 1."""
 _FLAGS: Final = {
@@ -43,13 +49,26 @@ _OUTPUT: Final = "vehicle_local_position"
 _GLOBAL: Final = "vehicle_global_position"
 
 
-def validity_tree(log: Log, bits: Bits, core: int) -> Node:
-    """Return the commander's tree: failsafe, the invalid estimates below it, and their causes."""
+def validity_tree(log: Log, bits: Bits, core: int, flown: Core, takeoff: float) -> Node:
+    """Return the commander's tree: failsafe, the invalid estimates below it, and their causes.
+
+    Parameters
+    ----------
+    log : Log
+    bits : Bits
+    core : int
+        The one selected first.
+    flown : Core
+        The ratios of the selected one.
+    takeoff : float
+        s.
+    """
     lost = no_aiding(log, bits, core)
+    failed = _navigation_failure(log, flown, takeoff)
     children = [
-        _invalid(log, "local position", _position_causes(log, lost)),
-        _invalid(log, "local velocity", _velocity_causes(log, lost)),
-        _invalid(log, "global position", _global_causes(log, lost)),
+        _invalid(log, "local position", (*_position_causes(log, lost), failed)),
+        _invalid(log, "local velocity", (*_velocity_causes(log, lost), failed)),
+        _invalid(log, "global position", (*_global_causes(log, lost), failed)),
         _invalid(log, "height", _height_causes(log)),
         _invalid(log, "attitude", _attitude_causes(log)),
         _invalid(log, "angular velocity", (_stale(log, "vehicle_angular_velocity"),)),
@@ -129,13 +148,8 @@ def _stale(log: Log, key: str) -> Node:
     message = log.messages.get(key)
     if message is None or not len(message) or message.made_from:
         return Node(name, None, "not in this log")
-    quiet = gaps(message.t, least, log.span[1])
-    pulse = log.messages.get("vehicle_status") or log.messages.get("estimator_status")
-    spans: list[Span] = []
-    for low, high in quiet:  # where nothing else came either, the recorder lost it
-        if pulse is not None and np.any((pulse.t > low + least) & (pulse.t < high)):
-            spans.append((low + least, high))
-    return Node(name, tuple(spans), f"{key}, as logged", resolution=period(message.t))
+    spans = lasting(told_gaps(log, message.t, least), least)
+    return Node(name, spans, f"{key}, as logged", resolution=period(message.t))
 
 
 def _inaccurate(log: Log, key: str, field: str, limit: float, unit: str) -> Node:
@@ -149,6 +163,34 @@ def _inaccurate(log: Log, key: str, field: str, limit: float, unit: str) -> Node
     with np.errstate(invalid="ignore"):
         spans = spans_of(message.t, message.si(field) >= allowed)
     return Node(name, spans, because, resolution=period(message.t))
+
+
+def _navigation_failure(log: Log, flown: Core, takeoff: float) -> Node:
+    """Return the node "the test after take-off fails": velocity and position rejected together."""
+    name = "the commander's test after take-off fails"
+    parts = [flown.ratios.get(quantity) for quantity in ("velocity", "horizontal position")]
+    if parts[0] is None or parts[1] is None:
+        return Node(name, None, "the ratios are not in this log")
+    with np.errstate(invalid="ignore"):
+        both = (parts[0] >= 1.0) & (parts[1] >= 1.0)
+    tested = (takeoff, min(takeoff + TEST_S, _fast(log, takeoff)))
+    spans = within(lasting(spans_of(flown.t, both), FAILS_S), tested)
+    because = (
+        f"velocity and position ratio 1 or above for {FAILS_S:g} s, in the first {TEST_S:g} s or "
+        f"until {FAST:g} m/s"
+    )
+    return Node(name, spans, because, resolution=period(flown.t))
+
+
+def _fast(log: Log, takeoff: float) -> float:
+    """Return when the vehicle was first so fast after take-off that the test counts as passed."""
+    if _OUTPUT not in log or "vx" not in log[_OUTPUT] or "vy" not in log[_OUTPUT]:
+        return np.inf
+    message = log[_OUTPUT]
+    with np.errstate(invalid="ignore"):
+        fast = np.hypot(message.si("vx"), message.si("vy")) > FAST
+    rows = np.flatnonzero(fast & (message.t > takeoff))
+    return float(message.t[rows[0]]) if rows.size else np.inf
 
 
 def _attitude_causes(log: Log) -> tuple[Node, ...]:
