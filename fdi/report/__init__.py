@@ -14,6 +14,8 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``methods_document.py``: what methods beside the model's tests show, for analysis.json
 - ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,
   ``fdi info`` and ``fdi structure`` give as JSON
+- ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
+  ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and

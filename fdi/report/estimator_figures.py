@@ -25,6 +25,7 @@ from fdi.report.style import (
     GRID,
     INK,
     label,
+    levels,
     new_figure,
     styled,
     tidy,
@@ -37,6 +38,8 @@ TICKS: Final = (0.001, 0.01, 0.1, 1.0)
 ROW: Final = 0.24  # inches
 MARGIN_S: Final = 2.0
 LETTERS: Final = 70
+LETTER: Final = 0.0075
+"""Width of a letter as a share of the plot's width."""
 Floats = NDArray[np.float64]
 
 
@@ -53,9 +56,9 @@ def ratios_figure(log: Log, health: EstimatorHealth) -> Any:
             tidy(ax)
             ax.set_xlim(low, high)
             _draw_moments(ax, health)
-        axes[0].set_title(f"Test ratios of {label(log.name, 60)}", pad=16)
+        above = _name_moments(axes[0], health)
+        axes[0].set_title(f"Test ratios of {label(log.name, 60)}", pad=5 + above * (FONT + 2.5))
         axes[-1].set_xlabel("s of the log's clock")
-        _name_moments(axes[0], health)
         handles, names = axes[0].get_legend_handles_labels()
         figure.legend(
             handles,
@@ -114,26 +117,34 @@ def _draw_moments(ax: Any, health: EstimatorHealth) -> None:
         ax.axvline(t, color=ACCENT, linestyle="--", linewidth=0.8)
 
 
-def _name_moments(ax: Any, health: EstimatorHealth) -> None:
+def _name_moments(ax: Any, health: EstimatorHealth) -> int:
+    """Write what happened above the plot, on as many levels as it needs; return how many."""
     low, high = _extent(health)
     moments = sorted(_moments(health))
-    last = len(moments) - 1
-    for i, (t, what) in enumerate(moments):
-        # two texts lean away from each other; one near the right edge leans inwards
-        leans = (i < last and len(moments) > 1 and i > 0) or t > low + 0.75 * (high - low)
-        if i == last and len(moments) > 2 and t <= low + 0.75 * (high - low):
-            leans = False
+    texts = [f"{label(what, 44)} {t:.1f} s" for t, what in moments]
+    widths = [LETTER * len(one) for one in texts]
+    places = [(t - low) / (high - low) for t, _ in moments]
+    leans = [place + width > 1.0 for place, width in zip(places, widths, strict=True)]
+    starts = [p - w if left else p for p, w, left in zip(places, widths, leans, strict=True)]
+    order = sorted(range(len(texts)), key=lambda i: starts[i])
+    level = dict(
+        zip(
+            order, levels([starts[i] for i in order], [widths[i] for i in order], 0.01), strict=True
+        )
+    )
+    for i, (t, _) in enumerate(moments):
         ax.annotate(
-            f"{label(what, 44)} {t:.1f} s",
+            texts[i],
             (t, 1.0),
-            (-2 if leans else 2, 3),
-            ha="right" if leans else "left",
+            (-2 if leans[i] else 2, 3 + level[i] * (FONT + 2.5)),
+            ha="right" if leans[i] else "left",
             xycoords=("data", "axes fraction"),
             textcoords="offset points",
             color=ACCENT,
             fontsize=FONT - 0.5,
             annotation_clip=False,
         )
+    return max(level.values(), default=0) + 1
 
 
 def trees_figure(log: Log, health: EstimatorHealth) -> Any:

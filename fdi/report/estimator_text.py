@@ -32,6 +32,8 @@ MOST_RESETS: Final = 12
 COARSE_S: Final = 0.05
 """Times are told to a millisecond: where records are further apart than this, that is told too."""
 GATES: Final = {"any": "OR", "all": "AND", "two": "two of", "event": ""}
+LAST_S: Final = 1.0
+"""A bit that is set until so long before the end of the flight did not change: records end."""
 ALWAYS: Final = ("fault", "timeout", "rejected", "GPS check failed")
 """Kinds of bits that are told whenever they are set; the others where they change in the flight."""
 
@@ -66,7 +68,10 @@ def _head(log: Log, health: EstimatorHealth) -> str:
 def _findings(health: EstimatorHealth) -> Iterator[RenderableType]:
     yield heading("Findings" if health.findings else "Nothing found")
     if not health.findings:
-        yield text("  no source lost, no rejection, no rise against the own level, no whipsaw")
+        if health.ratios:
+            yield text("  no source lost, no rejection, no rise against the own level, no whipsaw")
+        else:
+            yield text("  but the log has no test ratios: little could be looked at")
         return
     made = table("s", "what", "")
     made.columns[0].justify = "right"
@@ -78,6 +83,8 @@ def _findings(health: EstimatorHealth) -> Iterator[RenderableType]:
 
 
 def _ratios(health: EstimatorHealth) -> Iterator[RenderableType]:
+    if not health.ratios:
+        return
     yield heading("Test ratios of the core that flew (1 is the gate)")
     made = table("ratio", "own level", "mean of 4 s / level", "limit", "largest", "above 1, s", "")
     for column in made.columns[1:6]:
@@ -177,7 +184,7 @@ def _is_told(bit: Bit, core: int, air: Span) -> bool:
     if bit.kind in ALWAYS:
         return True
     edges = [t for span in bit.spans for t in span]
-    return bit.core == core and any(air[0] < t < air[1] for t in edges)
+    return bit.core == core and any(air[0] < t < air[1] - LAST_S for t in edges)
 
 
 def _spans(spans: list[Span], most: int = 4) -> str:

@@ -95,8 +95,7 @@ def selection_of(log: Log, family: Family, armed: Span) -> Selection:
     if source:
         rows = np.flatnonzero(np.diff(number)) + 1
         changes = [
-            Change(float(t[i]), int(number[i - 1]), int(number[i]), _reason(float(t[i]), said))
-            for i in rows
+            _change(float(t[i]), int(number[i - 1]), int(number[i]), said) for i in rows.tolist()
         ]
     else:
         source = "texts" if said else ""
@@ -118,9 +117,14 @@ def _selected(log: Log, family: Family) -> tuple[str, Floats, NDArray[np.int64]]
     return family.selected, log[message].t[known], values[known].astype(np.int64)
 
 
-def _reason(t: float, said: Sequence[tuple[float, re.Match[str]]]) -> str:
-    near = [found[3] for at, found in said if abs(at - t) <= _REASON_S and found[3]]
-    return near[0] if near else ""
+def _change(
+    t: float, before: int, after: int, said: Sequence[tuple[float, re.Match[str]]]
+) -> Change:
+    """Return a change with the reason of the line that tells of this very one."""
+    pair = str(before), str(after)
+    near = [found for at, found in said if abs(at - t) <= _REASON_S]
+    reasons = [found[3] for found in near if found[3] and (found[2], found[4]) == pair]
+    return Change(t, before, after, reasons[0] if reasons else "")
 
 
 def whipsaws(changes: Sequence[Change]) -> tuple[Span, ...]:

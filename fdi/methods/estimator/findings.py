@@ -117,7 +117,7 @@ def findings_of(
         *_rises(ratios, symptom),
         *_drifts(ratios, air),
         *_rejected(ratios),
-        *_faults(bits, selection, air),
+        *_faults(bits, air),
     ]
     if upset is not None:
         found = [replace(one, is_late=one.t >= upset.t) for one in found]
@@ -160,17 +160,18 @@ def standing(t: Floats, value: Floats, air: Span) -> tuple[Span, ...]:
 
 def _fallen(bits: Bits, selection: Selection, air: Span) -> Iterator[Finding]:
     for core in sorted({mask.core for mask in bits.masks}):
+        who = core_name(bits, core)
         for source, names in table("masks")["fused"].items():
             spans = [bits.spans("control", name, core) for name in names]
             known = [span for one in spans if one is not None for span in one]
             for low, high in fallen(joined(known), air):
                 if flies(selection, core, low):
-                    text = f"{source} is no longer used by estimator {core} (its bit falls)"
+                    text = f"{source} is no longer used by {who} (its bit falls)"
                     yield Finding("not fused", low, high, text, f"control bits: {', '.join(names)}")
         for name, what in _SOLUTION.items():
             for low, high in fallen(bits.spans("solution", name, core) or (), air):
                 if flies(selection, core, low):
-                    text = f"estimator {core} gives up {what} ({name} falls)"
+                    text = f"{who} gives up {what} ({name} falls)"
                     yield Finding("not fused", low, high, text, f"solution bit {name}")
 
 
@@ -179,6 +180,11 @@ def fallen(spans: Sequence[Span], air: Span) -> tuple[Span, ...]:
     ends = [*(low for low, _ in spans[1:]), *([air[1]] if spans else [])]
     found = [(high, min(low, air[1])) for (_, high), low in zip(spans, ends, strict=True)]
     return tuple((a, b) for a, b in found if a > air[0] and b - a >= FALL_S)
+
+
+def core_name(bits: Bits, core: int) -> str:
+    """Return what a sentence calls a core: by number only where there are several."""
+    return f"estimator {core}" if len({mask.core for mask in bits.masks}) > 1 else "the estimator"
 
 
 def flies(selection: Selection, core: int, t: float) -> bool:
@@ -276,14 +282,13 @@ def _rejected(ratios: Sequence[Ratio]) -> Iterator[Finding]:
             yield Finding("rejected", low, high, text + more, ratio.channel)
 
 
-def _faults(bits: Bits, selection: Selection, air: Span) -> Iterator[Finding]:
+def _faults(bits: Bits, air: Span) -> Iterator[Finding]:
     for bit in bits.of("fault"):
         spans = [span for span in bit.spans if span[1] >= air[0] and span[0] <= air[1]]
         if spans:
             low, high = spans[0]
-            own = "the one that flies" if flies(selection, bit.core, low) else "not the one flown"
             times = f", {len(spans)} times" if len(spans) > 1 else ""
-            text = f"filter fault {bit.name} of estimator {bit.core} ({own}){times}"
+            text = f"filter fault {bit.name} of {core_name(bits, bit.core)}{times}"
             yield Finding("fault", low, high, text, bit.source)
 
 

@@ -29,7 +29,7 @@ from fdi.methods.estimator.findings import (
 )
 from fdi.methods.estimator.innovations import Innovation, innovations_of
 from fdi.methods.estimator.lanes import lane_tree
-from fdi.methods.estimator.ratios import Ratio, ratios_of
+from fdi.methods.estimator.ratios import REJECTED, Ratio, ratios_of
 from fdi.methods.estimator.records import (
     REPORT,
     Core,
@@ -251,6 +251,12 @@ def _notes(
     absent = [quantity for quantity in table("records")["quantities"] if quantity not in known]
     if absent:
         notes.append(f"not used, or not in this log: the ratio of {', '.join(absent)}")
+    high = [r.quantity for r in ratios if r.level is not None and r.level > REJECTED]
+    if high:
+        notes.append(
+            f"the own level of {', '.join(high)} is above the gate: rejected from take-off on, "
+            f"so that no rise can show"
+        )
     if not innovations:
         notes.append("innovations are not in this log")
     elif all(one.variance is None for one in innovations):

@@ -90,6 +90,8 @@ def _invalid(log: Log, what: str, causes: Sequence[Node]) -> Node:
         if key in log and field in log[key]:
             spans, step = set_spans(log, key, field, when=when)
             return Node(name, spans, f"{key}.{field}", "any", tuple(causes), step)
+    if what == "attitude":  # the flag is that of a norm at the edge of single precision
+        return Node(name, None, "its flag is not in this log", "any", tuple(causes))
     return any_of(name, causes, "its flag is not in this log; by its causes")
 
 
