@@ -157,7 +157,7 @@ def layout(
                 return names, ""
             told = f"of release {release[0]}.{release[1]}"
             if certain:
-                return names[:certain], f"bits from {certain} on {told} by number"
+                return names, f"bits from {certain} on {told} by number"
             return names, f"names of the bits {told} are not certain"
     return (), f"no layout for release {release[0]}.{release[1]} is known: bits by number"
 

@@ -29,6 +29,8 @@ Floats = NDArray[np.float64]
 THRESHOLD: Final = 0.8
 """FS_EKF_THRESH where the log has none: ArduPilot's default."""
 CHECK_S: Final = 0.1
+STAMP_S: Final = 1e-6
+"""Logs stamp in us: finer differences are rounding."""
 CHECKS: Final = 10
 """Failed checks, less passed ones, that trip it; as many passed ones clear it."""
 TWICE: Final = 2.0
@@ -141,7 +143,7 @@ def tripped(bad: Sequence[Span], span: Span, checks: int = CHECKS) -> tuple[Span
     t = np.round(np.arange(span[0], span[1], CHECK_S), 9)
     fails = np.zeros(t.size, bool)
     for low, high in bad:
-        fails |= (t >= low) & (t < high)
+        fails |= (t >= low - STAMP_S) & (t < high - STAMP_S)
     found: list[Span] = []
     at = 0
     while at < t.size:

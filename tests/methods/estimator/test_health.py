@@ -8,9 +8,10 @@ import pytest
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import estimator_health
 from fdi.methods.estimator.bits import layout, release_of
-from fdi.methods.estimator.cores import Change, whipsaws
-from fdi.methods.estimator.findings import fallen, growing, standing
+from fdi.methods.estimator.cores import Change, Selection, whipsaws
+from fdi.methods.estimator.findings import Moment, complaint_of, fallen, growing, standing
 from fdi.methods.estimator.records import table
+from fdi.methods.estimator.tree import Node, path
 from fdi.telemetry import read
 
 from .build import RATIOS, px4_log, status
@@ -138,6 +139,7 @@ def test_a_return_within_10_s_is_a_whipsaw() -> None:
     assert whipsaws([change(5, 0, 1), change(14, 1, 0)]) == ((5, 14),)
     assert whipsaws([change(5, 0, 1), change(16, 1, 0)]) == ()
     assert whipsaws([change(5, 0, 1)]) == ()
+    assert whipsaws([change(5, 0, 1), change(14, 1, 2)]) == ()
 
 
 def test_changes_carry_the_reason_of_their_own_line(tmp_path: Path) -> None:
@@ -212,8 +214,6 @@ def test_gps_that_stops_leads_to_the_failsafe(tmp_path: Path) -> None:
     }
     health = estimator_health(px4_log(tmp_path / "a.ulg", topics))
     tree = health.trees[0]
-    from fdi.methods.estimator.tree import path
-
     assert [(node.name, round(node.since or 0, 3)) for node in path(tree)] == [
         ("no GPS measurement", 20.0),
         ("dead reckoning", 21.0),
@@ -224,6 +224,24 @@ def test_gps_that_stops_leads_to_the_failsafe(tmp_path: Path) -> None:
     ]
 
 
+def test_flags_of_newer_firmware_are_inverted(tmp_path: Path) -> None:
+    topics = {
+        "estimator_status": status(T),
+        "failsafe_flags": (T, {"local_position_invalid": ((T >= 15) & (T < 18)) * 1.0}),
+    }
+    health = estimator_health(px4_log(tmp_path / "a.ulg", topics, release=0x010F0000))
+    position = health.trees[0].children[0]
+    assert position.spans == ((pytest.approx(15.0), pytest.approx(18.0)),)
+    assert position.because == "failsafe_flags.local_position_invalid"
+
+
+def test_what_holds_at_take_off_already_is_no_complaint() -> None:
+    held, later = Node("held", ((5.0, 9.0),)), Node("later", ((7.0, 9.0),))
+    selection = Selection("", np.empty(0), np.empty(0, np.int64), (), ())
+    assert complaint_of((), (held,), selection, 5.0) is None
+    assert complaint_of((), (held, later), selection, 5.0) == Moment(7.0, "later")
+
+
 def test_no_aid_time_is_the_parameters(tmp_path: Path) -> None:
     fixes = T[T <= 20.0]
     topics = {
@@ -231,8 +249,8 @@ def test_no_aid_time_is_the_parameters(tmp_path: Path) -> None:
         "vehicle_gps_position": (fixes, {"fix_type": np.full(fixes.size, 3.0)}),
         "vehicle_local_position": (T, {"xy_valid": T * 0 + 1}),
     }
-    path = tmp_path / "a.ulg"
-    health = estimator_health(px4_log(path, topics, parameters={"EKF2_NOAID_TOUT": 2_000_000}))
+    file = tmp_path / "a.ulg"
+    health = estimator_health(px4_log(file, topics, parameters={"EKF2_NOAID_TOUT": 2_000_000}))
     lost = health.trees[0].children[0].children[0].children[0]
     assert lost.name == "nothing to hold the position by for 2 s"
     assert lost.since == pytest.approx(22.0)
@@ -275,7 +293,7 @@ def test_innovations_come_with_variance_and_ratio_where_the_log_has_them(tmp_pat
 
 
 def test_reading_twice_gives_the_same(tmp_path: Path) -> None:
-    path = tmp_path / "a.ulg"
-    px4_log(path, {"estimator_status": status(T, filter_fault_flags=(T > 20) * 3.0)})
-    a, b = estimator_health(read(path)), estimator_health(read(path))
+    file = tmp_path / "a.ulg"
+    px4_log(file, {"estimator_status": status(T, filter_fault_flags=(T > 20) * 3.0)})
+    a, b = estimator_health(read(file)), estimator_health(read(file))
     assert (a.findings, a.notes, a.bits, a.trees) == (b.findings, b.notes, b.bits, b.trees)

@@ -78,6 +78,12 @@ def test_gps_failure_leads_to_the_failsafe_step_by_step() -> None:
     assert times["local position invalid"] == pytest.approx(42.628, abs=RECORD_S)
 
 
+def test_the_first_complaint_is_the_failsafe_s_and_no_flicker_of_the_attitude() -> None:
+    complaint = health_of(GPS).complaint
+    assert complaint is not None
+    assert complaint.t == pytest.approx(42.628, abs=RECORD_S)
+
+
 def test_three_flags_fall_together_with_the_failsafe() -> None:
     tree = health_of(GPS).trees[0]
     fallen = {child.name: child.since for child in tree.children if child.since is not None}
