@@ -14,9 +14,10 @@ import numpy as np
 
 from fdi import __version__
 from fdi.methods.estimator import EstimatorHealth
+from fdi.methods.estimator.bits import Bit
 from fdi.methods.estimator.cores import Score
-from fdi.methods.estimator.findings import Moment
 from fdi.methods.estimator.innovations import Innovation
+from fdi.methods.estimator.moments import Moment
 from fdi.methods.estimator.ratios import Ratio
 from fdi.methods.estimator.spans import Span
 from fdi.methods.estimator.tree import Node, first_path
@@ -70,17 +71,7 @@ def estimator_document(log: Log, health: EstimatorHealth) -> dict[str, Any]:
         },
         "scores": [_score(one) for one in health.scores],
         "innovations": [_innovation(one) for one in health.innovations],
-        "bits": [
-            {
-                "kind": bit.kind,
-                "name": bit.name,
-                "core": bit.core,
-                "source": bit.source,
-                "known_since_s": number(bit.since),
-                "set_s": _spans(bit.spans),
-            }
-            for bit in health.bits.set
-        ],
+        "bits": [_bit(bit) for bit in health.bits.set],
         "resets": [
             {"t_s": number(one.t), "core": one.core, "state": one.state, "source": one.source}
             for one in health.resets
@@ -101,6 +92,17 @@ def _ratio(one: Ratio) -> dict[str, Any]:
         "limit": number(one.limit),
         "rises_s": _spans(one.rises),
         "above_gate_s": _spans(one.rejected),
+    }
+
+
+def _bit(bit: Bit) -> dict[str, Any]:
+    return {
+        "kind": bit.kind,
+        "name": bit.name,
+        "core": bit.core,
+        "source": bit.source,
+        "known_since_s": number(bit.since),
+        "set_s": _spans(bit.spans),
     }
 
 

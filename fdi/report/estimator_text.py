@@ -31,7 +31,7 @@ MOST_CHANGES: Final = 20
 MOST_RESETS: Final = 12
 COARSE_S: Final = 0.05
 """Times are told to a millisecond: where records are further apart than this, that is told too."""
-GATES: Final = {"any": "OR", "all": "AND", "two": "two of", "event": ""}
+GATES: Final = {"any": "OR", "all": "AND", "two": "2 OF", "event": ""}
 LAST_S: Final = 1.0
 """A bit that is set until so long before the end of the flight did not change: records end."""
 ALWAYS: Final = ("fault", "timeout", "rejected", "GPS check failed")

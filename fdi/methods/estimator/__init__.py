@@ -16,6 +16,7 @@ became true. `Log` -> `EstimatorHealth`.
 - ``unhealthy.py``: the tree of PX4's selector
 - ``failsafe.py``: the EKF failsafe of ArduPilot's copters; ``lanes.py``: its lane selection
 - ``columns.py``: whom its complaints point to, over time, for the analysis
+- ``moments.py``: when the vehicle was upset, when the estimator first complained
 - ``findings.py``: what a person has to know of it
 """
 

@@ -81,8 +81,8 @@ def checks_node(
     lost = _no_position(log, solution)
     bad = [node.spans for node in (over, lost) if node.spans is not None]
     name = f"EKF check failed for {CHECKS * CHECK_S:g} s"
-    because = "ten failed checks, less the passed ones, at 10 Hz"
     step = period(core.t)
+    because = f"ten failed checks at 10 Hz, less the passed ones, by records every {step:.2g} s"
     if not bad:
         return Node(name, None, "not in this log", "any", (lost, over), step)
     spans = tripped(joined([span for spans in bad for span in spans]), log.span)

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from fdi.methods.estimator.bits import Bits
 from fdi.methods.estimator.cores import MANY_S, RETURN_S, Selection
+from fdi.methods.estimator.moments import Moment
 from fdi.methods.estimator.ratios import REJECTED, Ratio
 from fdi.methods.estimator.records import table
 from fdi.methods.estimator.spans import Span, spans_of
-from fdi.methods.estimator.tree import Node, joined
-from fdi.telemetry import Flight, Log
+from fdi.methods.estimator.tree import joined
 
 Floats = NDArray[np.float64]
 Kind = Literal[
@@ -43,11 +43,6 @@ DRIFT_STEPS: Final = 5
 """A minute in so many parts, each with a larger median than the one before."""
 DRIFT_GROWTH: Final = 2.0
 """What healthy flights show of slow growth by wind and speed stays below twice."""
-UPSET: Final = 60.0
-"""deg: FD_FAIL_R, FD_FAIL_P where the log has none: PX4's default."""
-UPSET_S: Final = 0.3
-"""FD_FAIL_R_TTRI, FD_FAIL_P_TTRI: PX4's default."""
-_ROTORS: Final = ("quad", "hexa", "octa", "helicopter")
 _SOLUTION: Final = {
     "pos_horiz_abs": "the absolute horizontal position",
     "velocity_horiz": "the horizontal velocity",
@@ -79,14 +74,6 @@ class Finding:
     text: str
     source: str = ""
     is_late: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Moment:
-    """Something that happened, in words."""
-
-    t: float
-    what: str
 
 
 def findings_of(
@@ -299,57 +286,3 @@ def _consequence(upset: Moment, complaint: Moment | None) -> Iterator[Finding]:
             f"({complaint.what} at {complaint.t:.1f} s): the estimator is a consequence"
         )
         yield Finding("consequence", upset.t, complaint.t, text)
-
-
-def upset_of(log: Log, number: int, flight: Flight) -> Moment | None:
-    """Return when the vehicle was upset: control lost, rolled over, hit something."""
-    end = next((one for one in log.ends if one.flight == number), None)
-    if end is None or not end.is_bad:
-        return None
-    found = [
-        Moment(t, what)
-        for t, what in (
-            (end.lost_control, "control was lost"),
-            (end.overturned, "it lay on its back"),
-            (flight.impact, "it hit the ground"),
-        )
-        if t is not None
-    ]
-    over = _rolled_over(log, flight) if log.vehicle in _ROTORS else None
-    if over is not None:
-        found.append(Moment(over, "it rolled over"))
-    return min(found, key=lambda one: one.t, default=None)
-
-
-def _rolled_over(log: Log, flight: Flight) -> float | None:
-    attitude = log.messages.get("ATTITUDE")
-    if attitude is None or "roll" not in attitude or "pitch" not in attitude:
-        return None
-    limits = [np.radians(log.parameters.get(f"FD_FAIL_{axis}", UPSET) or UPSET) for axis in "RP"]
-    with np.errstate(invalid="ignore"):
-        over = (np.abs(attitude.si("roll")) > limits[0]) | (
-            np.abs(attitude.si("pitch")) > limits[1]
-        )
-    low, high = flight.airborne
-    over &= (attitude.t >= low) & (attitude.t <= high)
-    spans = [span for span in spans_of(attitude.t, over) if span[1] - span[0] >= UPSET_S]
-    return spans[0][0] if spans else None
-
-
-def complaint_of(
-    ratios: Sequence[Ratio], complaints: Sequence[Node], selection: Selection, takeoff: float
-) -> Moment | None:
-    """Return the estimator's first complaint in the flight, None where it has none.
-
-    A rejection, an invalid estimate, a failsafe or another core. What held at take-off already is
-    none.
-    """
-    found = [
-        Moment(low, f"{ratio.quantity} ratio above 1")
-        for ratio in ratios
-        for low, _ in ratio.rejected
-    ]
-    found.extend(Moment(low, node.name) for node in complaints for low, _ in node.spans or ())
-    found.extend(Moment(c.t, f"change to core {c.after}") for c in selection.changes)
-    new = [one for one in found if one.t > takeoff]
-    return min(new, key=lambda one: one.t, default=None)

@@ -20,15 +20,10 @@ from fdi.methods.estimator.failsafe import (
     failsafe_tree,
     solution_of,
 )
-from fdi.methods.estimator.findings import (
-    Finding,
-    Moment,
-    complaint_of,
-    findings_of,
-    upset_of,
-)
+from fdi.methods.estimator.findings import Finding, findings_of
 from fdi.methods.estimator.innovations import Innovation, innovations_of
 from fdi.methods.estimator.lanes import lane_tree
+from fdi.methods.estimator.moments import Moment, complaint_of, upset_of
 from fdi.methods.estimator.ratios import REJECTED, Ratio, ratios_of
 from fdi.methods.estimator.records import (
     REPORT,

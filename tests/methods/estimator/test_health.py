@@ -9,7 +9,8 @@ from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import estimator_health
 from fdi.methods.estimator.bits import layout, release_of
 from fdi.methods.estimator.cores import Change, Selection, whipsaws
-from fdi.methods.estimator.findings import Moment, complaint_of, fallen, growing, standing
+from fdi.methods.estimator.findings import fallen, growing, standing
+from fdi.methods.estimator.moments import Moment, complaint_of
 from fdi.methods.estimator.records import table
 from fdi.methods.estimator.tree import Node, path
 from fdi.telemetry import read
