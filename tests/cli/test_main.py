@@ -34,7 +34,7 @@ def test_the_package_runs_as_a_module() -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["analyze", "info", "convert", "structure", "calibrate", "vote"]
+    "command", ["analyze", "info", "convert", "structure", "calibrate", "estimator", "vote"]
 )
 def test_help_shows_an_example(run: Run, command: str) -> None:
     ended = run(command, "--help")
@@ -60,6 +60,8 @@ def test_the_group_lists_its_commands(run: Run, words: list[str]) -> None:
         ("fdi analyze --policy pap", {"plain,paper"}),
         ("fdi convert --ou", {"plain,--out"}),
         ("fdi cal", {"plain,calibrate"}),
+        ("fdi est", {"plain,estimator"}),
+        ("fdi estimator flight.b", {"file,flight.b"}),
         ("fdi calibrate --policy def", {"plain,default"}),
         ("fdi calibrate flight.t", {"file,flight.t"}),
         ("fdi analyze --bud", {"plain,--budget"}),

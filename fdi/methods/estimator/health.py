@@ -26,7 +26,7 @@ from fdi.methods.estimator.lanes import lane_tree
 from fdi.methods.estimator.moments import Moment, complaint_of, upset_of
 from fdi.methods.estimator.ratios import REJECTED, Ratio, ratios_of
 from fdi.methods.estimator.records import (
-    REPORT,
+    TELEMETRY,
     Core,
     Family,
     cores_of,
@@ -237,7 +237,7 @@ def _notes(
     if flight is None:
         notes.append("the log shows no flight: levels are those of its first 20 s")
     if len(cores) == 1:
-        alone = not selection.source and cores[0].source != REPORT
+        alone = not selection.source and cores[0].source not in TELEMETRY
         what = "one core only is" if alone else "only the core that flew is"
         notes.append(f"{what} in this log: there is no other to compare it with")
     elif not selection.source:

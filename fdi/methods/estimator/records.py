@@ -24,7 +24,9 @@ Floats = NDArray[np.float64]
 
 MOST_CORES: Final = 9  # EKF2_MAX_INSTANCES of PX4
 REPORT: Final = "EKF_STATUS_REPORT"
-SETTLE: Final = "AHRS_EKF_TYPE"
+TELEMETRY: Final = (REPORT, "ESTIMATOR_STATUS")
+"""Messages that tell only of the core that flies."""
+TYPE: Final = "AHRS_EKF_TYPE"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +100,7 @@ def family_of(log: Log) -> Family:
     LogError
         There is not one record of an estimator's health.
     """
-    kind = log.parameters.get(SETTLE)
+    kind = log.parameters.get(TYPE)
     there = [
         row
         for row in table("records")["families"]
