@@ -18,7 +18,7 @@ from fdi.methods.estimator.bits import Bit
 from fdi.methods.estimator.cores import Score
 from fdi.methods.estimator.innovations import Innovation
 from fdi.methods.estimator.moments import Moment
-from fdi.methods.estimator.ratios import Ratio
+from fdi.methods.estimator.ratios import GROWN, Ratio
 from fdi.methods.estimator.spans import Span
 from fdi.methods.estimator.tree import Node, first_path
 from fdi.report.json_text import number
@@ -89,7 +89,7 @@ def _ratio(one: Ratio) -> dict[str, Any]:
         "level": number(one.level),
         "largest": number(one.peak),
         "largest_excess": number(float(known.max())) if known.size else None,
-        "limit": number(one.limit),
+        "limit": number(GROWN),
         "rises_s": _spans(one.rises),
         "above_gate_s": _spans(one.rejected),
     }

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.methods.estimator import EstimatorHealth
-from fdi.methods.estimator.ratios import MEAN_S, Ratio, trailing_mean
+from fdi.methods.estimator.ratios import GROWN, Ratio, trailing_mean
 from fdi.methods.estimator.tree import Node, first_path, walk
 from fdi.report.estimator_text import gate_of, shown_trees, state_of
 from fdi.report.style import (
@@ -78,11 +78,11 @@ def _draw_ratio(ax: Any, health: EstimatorHealth, ratio: Ratio) -> None:
             if other.quantity == ratio.quantity:
                 ax.plot(other.t, _shown(other.value), color=GRID, linewidth=0.7, zorder=1)
     ax.plot(ratio.t, _shown(ratio.value), color=CURVES[0], linewidth=0.7, label="ratio")
-    mean = trailing_mean(ratio.t, ratio.value, MEAN_S)
+    mean = trailing_mean(ratio.t, ratio.value)
     ax.plot(ratio.t, _shown(mean), color=INK, linewidth=1.1, label="mean of 4 s")
     if ratio.level is not None:
         ax.axhline(ratio.level, color=FAINT, linestyle="--", linewidth=0.9, label="own level")
-        limit = ratio.level * ratio.limit
+        limit = ratio.level * GROWN
         ax.axhline(limit, color=CURVES[1], linewidth=0.9, label="limit of the mean")
     ax.axhline(1.0, color=ACCENT, linewidth=0.9, label="gate")
     ax.set_yscale("log")

@@ -14,6 +14,7 @@ import numpy as np
 
 from fdi.methods.estimator import EstimatorHealth
 from fdi.methods.estimator.bits import Bit
+from fdi.methods.estimator.ratios import GROWN
 from fdi.methods.estimator.spans import Span
 from fdi.methods.estimator.tree import Node, first_path, walk
 from fdi.report.text import heading, table, text
@@ -86,8 +87,10 @@ def _ratios(health: EstimatorHealth) -> Iterator[RenderableType]:
     if not health.ratios:
         return
     yield heading("Test ratios of the core that flew (1 is the gate)")
-    made = table("ratio", "own level", "mean of 4 s / level", "limit", "largest", "above 1, s", "")
-    for column in made.columns[1:6]:
+    made = table(
+        "ratio", "own level", f"mean / level (limit {GROWN:g})", "largest", "above 1, s", ""
+    )
+    for column in made.columns[1:5]:
         column.justify = "right"
     for ratio in health.ratios:
         inside = (ratio.t >= health.air[0]) & (ratio.t <= health.air[1])
@@ -97,7 +100,6 @@ def _ratios(health: EstimatorHealth) -> Iterator[RenderableType]:
             text(ratio.quantity),
             text(number(ratio.level, 2)),
             text(number(float(known.max()), 3) if known.size else "–"),
-            text(number(ratio.limit, 2)),
             text(number(ratio.peak, 3)),
             text(f"{rejected:.1f}" if rejected else "–"),
             text(ratio.channel, "dim"),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fdi.methods.estimator.bits import Bits
 from fdi.methods.estimator.cores import MANY_S, RETURN_S, Selection
 from fdi.methods.estimator.moments import Moment
-from fdi.methods.estimator.ratios import REJECTED, Ratio
+from fdi.methods.estimator.ratios import GROWN, REJECTED, Ratio
 from fdi.methods.estimator.records import table
 from fdi.methods.estimator.spans import Span, spans_of
 from fdi.methods.estimator.tree import joined
@@ -207,7 +207,7 @@ def _rises(ratios: Sequence[Ratio], symptom: Moment | None) -> Iterator[Finding]
             level = ratio.level or 0.0
             text = (
                 f"{ratio.quantity} ratio rises to {most:.1f} times its own level of {level:.2g}, "
-                f"limit {ratio.limit:.1f}; that is {most * level:.2f} of its gate"
+                f"limit {GROWN:g}; that is {most * level:.2f} of its gate"
             )
             if symptom is not None and before:
                 text += f", {symptom.t - low:.1f} s before the first symptom: {symptom.what}"

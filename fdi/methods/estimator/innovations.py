@@ -123,7 +123,7 @@ def _against_level(
     level = float(np.median(first)) if first.size >= 3 else 0.0
     if level <= 0.0:
         return None, None, None
-    mean = trailing_mean(t, size, MEAN_S)
+    mean = trailing_mean(t, size)
     mean[(t < air[0] + MEAN_S) | (t > air[1])] = np.nan
     if not np.isfinite(mean).any():
         return level, None, None

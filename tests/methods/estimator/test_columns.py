@@ -11,7 +11,8 @@ from report.build import small_log
 
 import fdi
 from fdi.methods.columns import Columns
-from fdi.methods.estimator.columns import FLOOR, LEVEL_S, MEAN_S, RATIOS, estimator_columns
+from fdi.methods.estimator.columns import RATIOS, TOGETHER_S, estimator_columns
+from fdi.methods.estimator.ratios import LEAST_LEVEL, LEVEL_S, MEAN_S
 from fdi.telemetry import Flight, Message, read
 from fdi.telemetry.message import Column
 from fdi.units import si
@@ -55,7 +56,7 @@ def test_growth_is_a_factor_over_the_level_of_the_beginning():
 
 
 def test_a_level_of_next_to_nothing_counts_as_the_floor():
-    own = columns(velocity=stepped(FLOOR / 50, 100.0))["velocity_ratio"]
+    own = columns(velocity=stepped(LEAST_LEVEL / 50, 100.0))["velocity_ratio"]
     assert at(own, ONSET + 10) == pytest.approx(2.0)
 
 
@@ -81,10 +82,16 @@ def test_a_contrast_is_quiet_where_both_complain_and_speaks_where_one_does():
     assert at(one["position_without_velocity"], late) == pytest.approx(8.0)
 
 
-def test_what_velocity_and_compass_have_in_common_is_the_smaller():
+def test_what_velocity_and_compass_begin_together_is_the_smaller():
     own = columns(velocity=stepped(0.2, 8.0), compass=stepped(0.1, 3.0))
-    assert at(own["velocity_with_compass"], ONSET + 10) == pytest.approx(3.0)
-    assert at(own["compass_without_motion"], ONSET + 10) == pytest.approx(3.0 / 8.0)
+    assert at(own["velocity_with_compass"], ONSET + 8) == pytest.approx(3.0)
+    assert at(own["compass_without_motion"], ONSET + 8) == pytest.approx(3.0 / 8.0)
+
+
+def test_a_compass_that_spoils_the_velocity_later_is_nothing_they_begin_together():
+    late = ONSET + TOGETHER_S + MEAN_S + 1
+    own = columns(velocity=stepped(0.2, 8.0, onset=late), compass=stepped(0.1, 8.0))
+    assert np.nanmax(own["velocity_with_compass"]) < 1.0
 
 
 def test_a_ratio_that_is_zero_throughout_belongs_to_no_sensor_in_use():

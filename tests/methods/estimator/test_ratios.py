@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from fdi.methods.estimator.ratios import (
     LEAST_LEVEL,
+    MEAN_S,
     combined_ratio,
     own_level,
     ratios_of,
@@ -51,15 +52,15 @@ def test_px4s_combined_ratio_is_always_known_and_above_zero(ratios: np.ndarray) 
     assert (found > 0).all()
 
 
-@given(arrays(np.float64, 40, elements=RATIO), st.floats(0.1, 20.0))
-def test_trailing_mean_equals_the_slow_one(values: np.ndarray, width: float) -> None:
-    t = np.cumsum(np.full(40, 0.3))
+@given(arrays(np.float64, 40, elements=RATIO), st.floats(0.05, 5.0))
+def test_trailing_mean_equals_the_slow_one(values: np.ndarray, step: float) -> None:
+    t = np.cumsum(np.full(40, step))
     slow = []
     for at in t:
-        seen = values[(t > at - width) & (t <= at)]
+        seen = values[(t > at - MEAN_S) & (t <= at)]
         known = seen[np.isfinite(seen)]
         slow.append(known.mean() if known.size else NAN)
-    assert trailing_mean(t, values, width) == pytest.approx(slow, abs=1e-9, nan_ok=True)
+    assert trailing_mean(t, values) == pytest.approx(slow, abs=1e-9, nan_ok=True)
 
 
 def test_level_is_the_median_of_the_first_20_s_in_the_air() -> None:
