@@ -75,11 +75,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
 
 
-def evaluated(folder: Path | None, workers: int, *, bare: bool = False) -> Evaluation:
+def evaluated(
+    folder: Path | None,
+    workers: int,
+    *,
+    methods: Sequence[str] | None = None,
+    bare: bool = False,
+) -> Evaluation:
     """Return the scores of all labelled flights, each of which must have an analysis."""
     with closed_loop(folder) as others:
         labels = [one for path in (LABELS, others / LABELS.name) for one in load_labels(path)]
-        found = evaluate(labels, bare=bare, workers=workers, progress=progress)
+        found = evaluate(labels, methods=methods, bare=bare, workers=workers, progress=progress)
     errors = [f"{one.label.key}: {one.error}" for one in found.scores if one.error]
     if errors:
         raise SystemExit("without an analysis, so nothing is told:\n" + "\n".join(errors))
@@ -149,12 +155,11 @@ def save(figure: Figure, name: str) -> None:
     figure.savefig(IMAGES / name, dpi=90, bbox_inches="tight", metadata={"Software": None})
 
 
-def put(text: str, marker: str) -> None:
-    """Replace what stands between two markers of the page."""
+def put(text: str, marker: str, page: Path = PAGE) -> None:
+    """Replace what stands between two markers of a page."""
     begin, end = f"<!-- {marker}: begin -->", f"<!-- {marker}: end -->"
-    page = PAGE.read_text("utf-8")
-    head, rest = page.split(begin)
-    PAGE.write_text(f"{head}{begin}\n{text.strip()}\n{end}{rest.split(end)[1]}", "utf-8")
+    head, rest = page.read_text("utf-8").split(begin)
+    page.write_text(f"{head}{begin}\n{text.strip()}\n{end}{rest.split(end)[1]}", "utf-8")
 
 
 def main() -> int:

@@ -15,7 +15,9 @@ from fdi import __version__
 from fdi.chain import Chain, residuals_of
 from fdi.decision import load_policy
 from fdi.diagnosis import Diagnosis, diagnose
-from fdi.errors import UsageError
+from fdi.errors import LogError, UsageError
+from fdi.methods.estimator import EstimatorHealth, estimator_health
+from fdi.methods.estimator.columns import ESTIMATOR
 from fdi.model import Airframe, System
 from fdi.model.choose import is_general, made_for
 from fdi.model.hints import would_test
@@ -104,6 +106,7 @@ def analyze(
         alarms = recipe.decide(chain.residuals)
     with watch.stage("diagnose", 0.9):
         diagnosis = _hinted(diagnose(alarms, chain.bank), chain)
+        noticed = _estimator(chain)
     told = (
         *_choice(log, system),
         *_fit(log, chain.airframe, chosen=str(model) == "auto"),
@@ -120,11 +123,22 @@ def analyze(
         residual_values=chain.residuals,
         alarms=alarms,
         diagnosis=diagnosis,
+        estimator=noticed,
         warnings=(*told, *chain.silent, *chain.system.warnings, *chain.bank.notes),
         timings=watch.timings,
         command=tuple(command),
         version=__version__,
     )
+
+
+def _estimator(chain: Chain) -> EstimatorHealth | None:
+    """Return what the autopilot's own estimator noticed, where the method is asked for."""
+    if ESTIMATOR.name not in chain.policy.methods:
+        return None
+    try:
+        return estimator_health(chain.log)
+    except LogError:  # it has no such message, as `chain.silent` says
+        return None
 
 
 def _hinted(diagnosis: Diagnosis, chain: Chain) -> Diagnosis:

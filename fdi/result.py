@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from fdi.decision import Alarms, Policy
 from fdi.diagnosis import Diagnosis, Finding
+from fdi.methods.estimator import EstimatorHealth
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.latency import Lag
@@ -32,6 +33,9 @@ class Analysis:
     lags : tuple of Lag
         How late sensors come against the estimator, by the log; none where the policy takes the
         model's word.
+    estimator : EstimatorHealth or None
+        What the autopilot's own estimator noticed in the last flight; None where the method is not
+        asked for, or the log tells nothing of it.
     timings : mapping of str to float
         Wall seconds of every stage.
     """
@@ -46,6 +50,7 @@ class Analysis:
     residual_values: Residuals
     alarms: Alarms
     diagnosis: Diagnosis
+    estimator: EstimatorHealth | None
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
     command: tuple[str, ...]

@@ -11,7 +11,7 @@ from click import get_current_context
 from click.core import ParameterSource
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, WORKERS, policy_option
+from fdi.cli.options import METHODS, NO_PROGRESS, WORKERS, policy_option
 from fdi.cli.output import answer, progress_bar
 from fdi.errors import UsageError
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.command(epilog="Example: fdi evaluate flights/labels.json --workers 2")
 @click.argument("labels", metavar="LABELS.json...", nargs=-1, required=True, type=FILE)
 @policy_option()
+@METHODS
 @click.option("--only", metavar="PATTERN", multiple=True, help="Only flights like 'sitl/copter/*'.")
 @WORKERS
 @click.option("--inject", "is_injected", is_flag=True, help="Detection against size instead.")
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 def evaluate(
     labels: Sequence[str],
     policy: str,
+    methods: tuple[str, ...] | None,
     only: tuple[str, ...],
     workers: int | None,
     is_injected: bool,
@@ -72,6 +74,10 @@ def evaluate(
     for name, option in (("kind", "--kind"), ("moments", "--moments"), ("channels", "--channel")):
         if not is_injected and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             raise UsageError(f"{option} is of --inject", hint="give --inject as well")
+    if is_injected and methods is not None:
+        raise UsageError(
+            "--methods is not of --inject: what is injected into a channel reaches no estimator"
+        )
     from fdi.evaluation import load_labels, select
     from fdi.report import json_text
 
@@ -95,7 +101,14 @@ def evaluate(
             from fdi.evaluation import evaluate as run
             from fdi.evaluation.tables import evaluation_document, evaluation_text
 
-            scored = run(wanted, policy=policy, bare=True, workers=count, progress=progress)
+            scored = run(
+                wanted,
+                policy=policy,
+                methods=methods,
+                bare=True,
+                workers=count,
+                progress=progress,
+            )
             tree, text = evaluation_document(scored), evaluation_text(scored)
     answer(json_text(tree) if as_json else text)
     return 0

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
-from fdi.decision import load_policy
+from fdi.decision import Policy, load_policy
 from fdi.decision.policy import policy_text
 from fdi.diagnosis.answer import clearable
 from fdi.diagnosis.hypotheses import inquire
@@ -45,6 +45,7 @@ def evaluate(
     labels: Sequence[Label],
     *,
     policy: str = "default",
+    methods: Sequence[str] | None = None,
     bare: bool = False,
     workers: int = 1,
     progress: Progress | None = None,
@@ -56,6 +57,8 @@ def evaluate(
     labels : sequence of Label
     policy : str
         A shipped policy or a file.
+    methods : sequence of str, optional
+        Whose columns are weighed with the model's tests; by default the policy's.
     bare : bool
         Whether all is scored a second time without the tests that read a recorded command.
     workers : int
@@ -66,7 +69,10 @@ def evaluate(
     wanted = [label for label in labels if label.use == "diagnosis"]
     done: dict[int, Row] = {}
     with TemporaryDirectory(prefix="fdi-") as folder:
-        policies = [policy, *([_without_commands(policy, folder)] if bare else [])]
+        own = load_policy(policy).using(methods)
+        policies = [policy if methods is None else _written(own, folder, "with_methods")]
+        if bare:
+            policies.append(_written(replace(own, commands="left_out"), folder, "without_commands"))
         jobs = [Job(str(label.path), policy=recipe) for recipe in policies for label in wanted]
         for number, row in rows(jobs, workers=workers, work=analyze_and_inquire):
             done[number] = row
@@ -102,9 +108,8 @@ def origin(label: Label, row: Mapping[str, Any]) -> str:
     return f"{label.origin}, {row['autopilot']}{kind}"
 
 
-def _without_commands(policy: str, folder: str) -> str:
-    """Return a file with the policy, and with recorded commands left out as evidence."""
-    path = Path(folder) / "without_commands.yaml"
-    text = policy_text(replace(load_policy(policy), commands="left_out"))
-    path.write_text(text, encoding="utf-8")
+def _written(policy: Policy, folder: str, name: str) -> str:
+    """Return a file with a policy, for who works in another process."""
+    path = Path(folder) / f"{name}.yaml"
+    path.write_text(policy_text(policy), encoding="utf-8")
     return str(path)

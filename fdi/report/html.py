@@ -90,6 +90,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
         agreements=analysis.diagnosis.methods,
+        noticed=analysis.estimator.findings if analysis.estimator else (),
         endings=[one for one in analysis.diagnosis.endings if one.first],
         window_text=window(analysis),
         model_text=analysis.airframe.description,

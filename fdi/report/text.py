@@ -231,6 +231,11 @@ def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
 def _methods(analysis: Analysis) -> Iterator[RenderableType]:
     told = [one.text for one in analysis.diagnosis.methods]
     yield from _list("Methods beside the tests of the model", told, most=len(told))
+    noticed = analysis.estimator.findings if analysis.estimator else ()
+    yield from _list(
+        "What the autopilot's own estimator noticed (more: fdi estimator)",
+        [f"{at(one.t)} s  {one.text}" for one in noticed if not one.is_late],
+    )
 
 
 def _left_open(analysis: Analysis) -> Iterator[RenderableType]:

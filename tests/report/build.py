@@ -14,6 +14,7 @@ import numpy as np
 
 from fdi.decision import load_policy
 from fdi.diagnosis import (
+    Agreement,
     Consequence,
     Ending,
     Evidence,
@@ -152,6 +153,7 @@ def small_analysis(folder: Path, log: Log | None = None, **changes: Any) -> Anal
         residual_values=residuals,
         alarms=alarms,
         diagnosis=diagnosis,
+        estimator=None,
         lags=(LAG,),
         warnings=("VFR_HUD.climb: this log has no field climb",),
         timings={"read": 0.1},
@@ -165,6 +167,10 @@ def by_hand() -> dict[str, Any]:
     evidence = Evidence("GPS_RAW_INT.alt contradicts altitude", ("r5", "r6"), ("GPS_RAW_INT.alt",))
     return {
         "verdict": "gps failed first, from 40.0 s.",
+        "methods": (
+            Agreement("estimator", 0, 1, True, "the method estimator points to the gps as well"),
+            Agreement("estimator", 1, None, False, "the method estimator shows something at 9 s"),
+        ),
         "findings": (
             Finding(
                 1,

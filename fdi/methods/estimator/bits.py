@@ -55,12 +55,16 @@ class Bit:
 
 @dataclass(frozen=True, slots=True)
 class Mask:
-    """How one mask, or topic of bits, was read: by which names, and what is not certain of them."""
+    """How one mask, or topic of bits, was read: by which names, and what is not certain of them.
+
+    ``until``: s, its last record: what comes after is not known.
+    """
 
     source: str
     kind: str
     core: int
     names: tuple[str | None, ...]
+    until: float
     doubt: str = ""
 
 
@@ -81,6 +85,12 @@ class Bits:
             return None
         own = (bit.spans for bit in self.of(kind) if bit.name == name and bit.core == core)
         return next(own, ())
+
+    def until(self, kind: str, core: int) -> float:
+        """Return the last record of a core's bits of a kind, s; -inf where there is none."""
+        return max(
+            (m.until for m in self.masks if (m.kind, m.core) == (kind, core)), default=-np.inf
+        )
 
 
 def release_of(firmware: str | None) -> tuple[int, int] | None:
@@ -124,7 +134,8 @@ def _fields(log: Log, core: Core) -> Iterator[tuple[Mask, list[Bit]]]:
                 channel = f"{message.key}.{field}"
                 found.append(Bit(kind, name, core.number, channel, spans, float(message.t[0])))
         if names:
-            yield Mask(message.key, kind, core.number, names), found
+            until = float(message.t[-1])
+            yield Mask(message.key, kind, core.number, names, until), found
 
 
 def _masks(log: Log, core: Core) -> Iterator[tuple[Mask, list[Bit]]]:
@@ -133,7 +144,8 @@ def _masks(log: Log, core: Core) -> Iterator[tuple[Mask, list[Bit]]]:
         name, _, field = row["field"].partition(".")
         if fnmatchcase(message.name, name) and field in message:
             names, doubt = layout(row, release_of(log.firmware))
-            mask = Mask(f"{message.key}.{field}", row["kind"], core.number, names, doubt)
+            source, until = f"{message.key}.{field}", float(message.t[-1])
+            mask = Mask(source, row["kind"], core.number, names, until, doubt)
             yield mask, list(_mask(message, field, mask))
 
 

@@ -151,15 +151,21 @@ def _fallen(bits: Bits, selection: Selection, air: Span) -> Iterator[Finding]:
         for source, names in table("masks")["fused"].items():
             spans = [bits.spans("control", name, core) for name in names]
             known = [span for one in spans if one is not None for span in one]
-            for low, high in fallen(joined(known), air):
+            for low, high in fallen(joined(known), _told(bits, "control", core, air)):
                 if flies(selection, core, low):
                     text = f"{source} is no longer used by {who} (its bit falls)"
                     yield Finding("not fused", low, high, text, f"control bits: {', '.join(names)}")
         for name, what in _SOLUTION.items():
-            for low, high in fallen(bits.spans("solution", name, core) or (), air):
+            own = bits.spans("solution", name, core) or ()
+            for low, high in fallen(own, _told(bits, "solution", core, air)):
                 if flies(selection, core, low):
                     text = f"{who} gives up {what} ({name} falls)"
                     yield Finding("not fused", low, high, text, f"solution bit {name}")
+
+
+def _told(bits: Bits, kind: str, core: int, air: Span) -> Span:
+    """Return the part of the flight of which bits tell: what they end with may go on."""
+    return air[0], min(air[1], bits.until(kind, core))
 
 
 def fallen(spans: Sequence[Span], air: Span) -> tuple[Span, ...]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flights import ROOT
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import estimator_health
@@ -185,6 +186,12 @@ def test_a_bit_falls_where_it_is_gone_for_a_second() -> None:
     assert fallen([(0.0, 20.0), (25.0, 60.0)], air) == ((20.0, 25.0),)
     assert fallen([(0.0, 3.0)], air) == ()
     assert fallen([], air) == ()
+
+
+@pytest.mark.parametrize("name", ["px4_quad", "px4_hexa", "copter_gusts", "plane_turbulence"])
+def test_nothing_falls_where_a_sparse_link_ends_before_the_flight(name: str) -> None:
+    log = read(ROOT / "examples" / "healthy_logs" / f"{name}.tlog")
+    assert [one.text for one in estimator_health(log).findings if one.kind == "not fused"] == []
 
 
 def test_a_ratio_that_grows_for_a_minute_is_a_drift() -> None:
