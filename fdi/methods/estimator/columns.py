@@ -26,7 +26,7 @@ from typing import Final
 import numpy as np
 
 from fdi.methods.columns import Columns, Method
-from fdi.methods.estimator.ratios import own_level, trailing_mean
+from fdi.methods.estimator.ratios import MOST_LEVEL, own_level, trailing_mean
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
 from fdi.telemetry.message import Floats, Message
@@ -72,9 +72,10 @@ def _growth(log: Log, message: Message, field: str) -> Floats:
     for flight in log.flights:
         air = in_air(flight)
         flying = (t >= air[0]) & (t <= air[1])
-        level = own_level(t, ratio, air)
+        # where the beginning tells no level, only what is rejected has grown
+        level = own_level(t, ratio, air) or MOST_LEVEL
         # a ratio that is zero throughout belongs to a sensor that the filter does not use
-        if level is not None and np.nanmax(ratio[flying]) > 0:
+        if np.nanmax(ratio[flying], initial=0.0) > 0:
             result[flying] = 20.0 * np.log10(np.maximum(mean[flying], STILL) / level)
     return result
 

@@ -4,9 +4,9 @@ In: cores, and when the flight is in the air. Out: by quantity a `Ratio`: its le
 mean over 4 s rose above it, from when to when it stood beyond what healthy flights show, from when
 to when measurements were rejected (above 1).
 
-The level is the median over the first 20 s in the air and not below 0.05 of the gate. A fault that
-is there from take-off is therefore part of the level. Ratios are read as logged, none is computed
-from an innovation: the gate that divides them changes with what is fused.
+The level is the median over the first 20 s in the air, not below 0.05 of the gate and not above a
+quarter: a small fault that is there from take-off is therefore part of it. Ratios are read as
+logged, none is computed from an innovation: the gate that divides them changes with what is fused.
 """
 
 from __future__ import annotations
@@ -37,6 +37,9 @@ GROWN: Final = 4.0
 of three in gusts."""
 REJECTED: Final = 1.0
 """A root ratio above this is an innovation beyond its gate."""
+MOST_LEVEL: Final = REJECTED / GROWN
+"""Of the gate; where the beginning of a flight is beyond, something is wrong already, and what is
+rejected has always grown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,10 +102,12 @@ def _ratio(quantity: str, channel: str, t: Floats, value: Floats, air: Span, arm
 
 
 def own_level(t: Floats, value: Floats, air: Span) -> float | None:
-    """Return the median over the first 20 s in the air, not below 0.05; None where unknown."""
+    """Return the median over the first 20 s in the air, 0.05 to 0.25; None where unknown."""
     first = value[(t >= air[0]) & (t <= min(air[0] + LEVEL_S, air[1]))]
     first = first[np.isfinite(first)]
-    return max(float(np.median(first)), LEAST_LEVEL) if first.size >= LEAST_RECORDS else None
+    if first.size < LEAST_RECORDS:
+        return None
+    return float(np.clip(np.median(first), LEAST_LEVEL, MOST_LEVEL))
 
 
 def trailing_mean(t: Floats, value: Floats) -> Floats:
