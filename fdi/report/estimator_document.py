@@ -2,7 +2,8 @@
 
 In: a log and its `EstimatorHealth`. Out: plain values: the log, ratios with level and rises,
 innovations, bits with their spans, cores, resets, trees with the path, findings, and what the log
-lacks. Numbers are finite or null; null spans are a node that this log cannot show.
+lacks. Numbers are finite or null; null spans are a node that this log cannot show. The JSON Schema
+is ``estimator.schema.json`` beside this file.
 """
 
 from __future__ import annotations
@@ -10,12 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
-import numpy as np
-
 from fdi import __version__
 from fdi.methods.estimator import EstimatorHealth
 from fdi.methods.estimator.bits import Bit
-from fdi.methods.estimator.cores import Score
 from fdi.methods.estimator.innovations import Innovation
 from fdi.methods.estimator.moments import Moment
 from fdi.methods.estimator.ratios import GROWN, Ratio
@@ -69,7 +67,14 @@ def estimator_document(log: Log, health: EstimatorHealth) -> dict[str, Any]:
             ],
             "whipsaws": _spans(selection.whipsaws),
         },
-        "scores": [_score(one) for one in health.scores],
+        "scores": [
+            {
+                "core": one.core,
+                "largest": number(one.largest(health.air)),
+                "reproduced": number(one.reproduced),
+            }
+            for one in health.scores
+        ],
         "innovations": [_innovation(one) for one in health.innovations],
         "bits": [_bit(bit) for bit in health.bits.set],
         "resets": [
@@ -82,13 +87,12 @@ def estimator_document(log: Log, health: EstimatorHealth) -> dict[str, Any]:
 
 
 def _ratio(one: Ratio) -> dict[str, Any]:
-    known = one.excess[np.isfinite(one.excess)]
     return {
         "quantity": one.quantity,
         "channel": one.channel,
         "level": number(one.level),
         "largest": number(one.peak),
-        "largest_excess": number(float(known.max())) if known.size else None,
+        "largest_excess": number(one.peak_excess),
         "limit": number(GROWN),
         "rises_s": _spans(one.rises),
         "above_gate_s": _spans(one.rejected),
@@ -116,16 +120,6 @@ def _innovation(one: Innovation) -> dict[str, Any]:
         "level": number(one.level),
         "largest_excess": number(one.peak),
         "largest_excess_t_s": number(one.peak_t),
-    }
-
-
-def _score(one: Score) -> dict[str, Any]:
-    values = one.combined if np.isfinite(one.combined).any() else one.by_rule
-    known = values[np.isfinite(values)]
-    return {
-        "core": one.core,
-        "largest": number(float(known.max())) if known.size else None,
-        "reproduced": number(one.reproduced),
     }
 
 

@@ -10,8 +10,6 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from fdi.methods.estimator import EstimatorHealth
 from fdi.methods.estimator.bits import Bit
 from fdi.methods.estimator.ratios import GROWN
@@ -93,13 +91,11 @@ def _ratios(health: EstimatorHealth) -> Iterator[RenderableType]:
     for column in made.columns[1:5]:
         column.justify = "right"
     for ratio in health.ratios:
-        inside = (ratio.t >= health.air[0]) & (ratio.t <= health.air[1])
-        known = ratio.excess[inside & np.isfinite(ratio.excess)]
         rejected = sum(high - low for low, high in ratio.rejected)
         made.add_row(
             text(ratio.quantity),
             text(number(ratio.level, 2)),
-            text(number(float(known.max()), 3) if known.size else "–"),
+            text(number(ratio.peak_excess, 3)),
             text(number(ratio.peak, 3)),
             text(f"{rejected:.1f}" if rejected else "–"),
             text(ratio.channel, "dim"),
@@ -120,11 +116,8 @@ def _cores(health: EstimatorHealth) -> Iterator[RenderableType]:
         yield text(f"  and {len(changes) - MOST_CHANGES} more, see --json", "dim")
     made = table("core", "combined ratio, largest in the air", "logged scores that its rule gives")
     for score in health.scores:
-        inside = (score.t >= health.air[0]) & (score.t <= health.air[1])
-        values = score.combined if np.isfinite(score.combined).any() else score.by_rule
-        known = values[inside & np.isfinite(values)] if values.size == inside.size else values
         share = "not in this log" if score.reproduced is None else per_cent(score.reproduced)
-        largest = number(float(known.max()), 3) if known.size else "–"
+        largest = number(score.largest(health.air), 3)
         made.add_row(text(str(score.core)), text(largest), text(share))
     if health.scores:
         yield made

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fdi.methods.estimator.ratios import combined_ratio
 from fdi.methods.estimator.records import Core, Family
-from fdi.methods.estimator.spans import Span
+from fdi.methods.estimator.spans import Span, largest
 from fdi.telemetry import Log
 
 Floats = NDArray[np.float64]
@@ -61,6 +61,11 @@ class Score:
     relative: Floats
     by_rule: Floats
     reproduced: float | None
+
+    def largest(self, window: Span) -> float | None:
+        """Return the largest score in a window: as logged or, without any, by the rule."""
+        known = self.combined if np.isfinite(self.combined).any() else self.by_rule
+        return largest(self.t, known, window)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

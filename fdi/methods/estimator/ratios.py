@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.methods.estimator.records import Core
-from fdi.methods.estimator.spans import Span, spans_of, within
+from fdi.methods.estimator.spans import Span, largest, spans_of, within
 from fdi.windows import sums_between
 
 Floats = NDArray[np.float64]
@@ -55,6 +55,10 @@ class Ratio:
         Its own level; None where too little is known of the first 20 s in the air.
     excess : (n,) float
         Mean over 4 s against the level, NaN unknown.
+    peak : float or None
+        The largest ratio from arming to disarming.
+    peak_excess : float or None
+        The largest ``excess`` in the air, from 4 s after take-off on.
     rises : tuple of (from, to), s
         In the air, where ``excess`` is above `GROWN`.
     rejected : tuple of (from, to), s
@@ -67,13 +71,10 @@ class Ratio:
     value: Floats
     level: float | None
     excess: Floats
+    peak: float | None
+    peak_excess: float | None
     rises: tuple[Span, ...]
     rejected: tuple[Span, ...]
-
-    @property
-    def peak(self) -> float | None:
-        """The largest ratio, None where none is known."""
-        return float(np.nanmax(self.value)) if np.isfinite(self.value).any() else None
 
 
 def ratios_of(core: Core, air: Span, armed: Span) -> tuple[Ratio, ...]:
@@ -94,11 +95,23 @@ def ratios_of(core: Core, air: Span, armed: Span) -> tuple[Ratio, ...]:
 def _ratio(quantity: str, channel: str, t: Floats, value: Floats, air: Span, armed: Span) -> Ratio:
     level = own_level(t, value, air)
     excess = np.full(t.size, np.nan) if level is None else trailing_mean(t, value) / level
-    in_air = (t >= air[0] + MEAN_S) & (t <= air[1])
+    judged = air[0] + MEAN_S, air[1]
+    in_air = (t >= judged[0]) & (t <= judged[1])
     with np.errstate(invalid="ignore"):
         rises = spans_of(t, (excess > GROWN) & in_air)
         rejected = spans_of(t, (value > REJECTED))
-    return Ratio(quantity, channel, t, value, level, excess, rises, within(rejected, armed))
+    return Ratio(
+        quantity,
+        channel,
+        t,
+        value,
+        level,
+        excess,
+        largest(t, value, armed),
+        largest(t, excess, judged),
+        rises,
+        within(rejected, armed),
+    )
 
 
 def own_level(t: Floats, value: Floats, air: Span) -> float | None:

@@ -60,6 +60,18 @@ def gaps(t: Floats, longest: float, end: float) -> tuple[Span, ...]:
     return tuple(zip(edges[wide].tolist(), edges[wide + 1].tolist(), strict=True))
 
 
+def largest(t: Floats, values: Floats, window: Span) -> float | None:
+    """Return the largest known value in a window, None without any.
+
+    Examples
+    --------
+    >>> largest(np.arange(4.0), np.array([9.0, 1.0, np.nan, 2.0]), (1.0, 3.0))
+    2.0
+    """
+    known = values[(t >= window[0]) & (t <= window[1]) & np.isfinite(values)]
+    return float(known.max()) if known.size else None
+
+
 def period(t: Floats) -> float:
     """Return the median time between records, s; 0 where there are too few."""
     return float(np.median(np.diff(t))) if t.size > 1 else 0.0

@@ -97,3 +97,22 @@ def test_the_ground_shows_no_rise() -> None:
     value = np.where(T < 50, 0.1, 1.0)
     (ratio,) = ratios_of(core(velocity=value), (0.0, 48.0), (0.0, 60.0))
     assert ratio.rises == ()
+
+
+def test_the_largest_is_that_of_the_flight_and_not_of_another_one() -> None:
+    value = np.full(T.size, 0.1)
+    value[T < 5.0] = 3.0  # an earlier flight
+    value[(T >= 30.0) & (T < 34.2)] = 0.6
+    (found,) = ratios_of(core(velocity=value), (10.0, 50.0), (8.0, 55.0))
+    assert found.peak == 0.6
+    assert found.peak_excess == pytest.approx(6.0)
+    assert np.nanmax(found.excess) == pytest.approx(30.0)
+
+
+def test_the_largest_growth_is_that_which_makes_a_rise() -> None:
+    value = np.full(T.size, 0.1)
+    value[T < 9.9] = 3.0  # the mean of 4 s holds it until 4 s after take-off
+    (found,) = ratios_of(core(velocity=value), (10.0, 50.0), (8.0, 55.0))
+    assert not found.rises
+    assert np.nanmax(found.excess[found.t >= 10.0]) > 4.0
+    assert found.peak_excess == pytest.approx(1.0)
