@@ -1,7 +1,8 @@
 """What do ``fdi vote --json`` and the tables of ``--out`` hold?
 
 In: a `Voting`. Out: plain values, and rows for CSV. Times are seconds of the first log's clock.
-Every list of a value over time holds the first value and each change: ``[[t, value], ...]``.
+Every list of a value over time holds the first value and each change: ``[[t, value], ...]``. The
+JSON Schema is ``vote.schema.json`` beside this file, also for `simulation_document`.
 """
 
 from __future__ import annotations
