@@ -7,7 +7,7 @@ that nobody gets another answer by leaving a step out. `Policy.decide` and `fdi.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from pathlib import Path
 from fdi.decision import Policy, load_policy
 from fdi.errors import LogError, ModelError
 from fdi.methods.columns import with_columns
-from fdi.methods.table import methods_of
+from fdi.methods.table import METHODS, methods_of
 from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model
 from fdi.residuals import Bank, Residuals
@@ -39,7 +39,8 @@ class Chain:
         How late sensors come against the estimator, by the log; none where the policy takes the
         model's word.
     silent : tuple of str
-        Which of the methods show nothing with this log, and why.
+        Which of the methods are not weighed with this log, and why; which that the model names are
+        none.
     """
 
     log: Log
@@ -109,7 +110,19 @@ def residuals_of(
         )
     with stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
+    silent += tuple(_unknown_methods(airframe, log))
     return Chain(log, airframe, recipe, system, bank, signals, lags, residuals, silent)
+
+
+def _unknown_methods(airframe: Airframe, log: Log) -> Iterator[str]:
+    """Yield the methods that a model names and nobody carried out, because there are none."""
+    named = {m.made_by: m.channel.source for m in airframe.measurements if m.made_by}
+    for name, message in named.items():
+        if name not in METHODS and message not in log:
+            yield (
+                f"the model takes {message} from the method {name}, which there is not "
+                f"(there are {', '.join(METHODS)}): what it would show is left out"
+            )
 
 
 def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe, *, chosen: bool) -> None:

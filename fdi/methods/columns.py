@@ -60,6 +60,8 @@ class Method:
 def with_columns(log: Log, methods: Iterable[Method]) -> tuple[Log, tuple[str, ...]]:
     """Return a log with the columns of methods, and in words which of them give none.
 
+    A message of that name which the log holds by itself stays as it is.
+
     Parameters
     ----------
     log : Log
@@ -67,9 +69,11 @@ def with_columns(log: Log, methods: Iterable[Method]) -> tuple[Log, tuple[str, .
     """
     silent = []
     for method in methods:
-        made = method.make(log)
+        is_taken = method.name in log and log[method.name].made_from is None
+        taken = "the log holds a message of its own that is called so"
+        made = taken if is_taken else method.make(log)
         if isinstance(made, str):
-            silent.append(f"the method {method.name} shows nothing: {made}")
+            silent.append(f"the method {method.name} is not weighed: {made}")
         else:
             log = log.with_message(_message(method.name, made))
     return log, tuple(silent)

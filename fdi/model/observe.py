@@ -145,10 +145,16 @@ def is_present(
     if channel.source not in log:
         return False
     message = log[channel.source]
+    if measurement.made_by and message.made_from is None:
+        return False  # the log's own message of that name is no method's
     asked = fields_of(measurement, parameters)
     missing = [name for name in asked if name not in message.fields]
     if missing:
-        if message.made_from is None:  # otherwise the log has no such message at all
+        if measurement.made_by:
+            warnings.append(
+                f"{channel}: the method {measurement.made_by} gives no {', '.join(missing)}"
+            )
+        elif message.made_from is None:  # otherwise the log has no such message at all
             warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
     if measurement.silence and log.format == "tlog" and log.autopilot != "px4":

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from report.build import MODEL, small_log
+from report.build import MODEL, message, small_log
 
 import fdi
 from fdi.errors import ModelError, UsageError
@@ -87,7 +87,44 @@ def test_the_log_itself_is_left_as_it_is():
 def test_a_method_that_shows_nothing_says_why():
     log, silent = with_columns(small_log(), [Method("mute", lambda log: "there is no such sensor")])
     assert "mute" not in log
-    assert silent == ("the method mute shows nothing: there is no such sensor",)
+    assert silent == ("the method mute is not weighed: there is no such sensor",)
+
+
+def test_a_message_of_the_logs_own_is_neither_replaced_nor_taken_for_columns(model):
+    log = small_log(bias=40.0)
+    own = message("altimeters", {"spread": np.full(4, 99.0)}, np.arange(4.0))
+    log = log.with_message(own)
+    both, silent = with_columns(log, [MINE])
+    assert both["altimeters"] is own
+    assert silent == (
+        "the method altimeters is not weighed: the log holds a message of its own that is "
+        "called so",
+    )
+    assert set(fdi.residuals_of(both, model).bank.methods()) == {""}
+
+
+def test_columns_may_be_made_again():
+    once, _ = with_columns(small_log(), [MINE])
+    again, silent = with_columns(once, [MINE])
+    assert silent == ()
+    assert np.array_equal(again["altimeters"].si("spread"), once["altimeters"].si("spread"))
+
+
+def test_a_model_that_names_a_method_which_there_is_not_is_told_so(model):
+    (said,) = fdi.residuals_of(small_log(), model, "paper").silent
+    assert said == (
+        "the model takes altimeters from the method altimeters, which there is not (there are "
+        "estimator): what it would show is left out"
+    )
+    given, _ = with_columns(small_log(), [MINE])
+    assert fdi.residuals_of(given, model, "paper").silent == ()
+
+
+def test_a_column_that_the_method_does_not_give_is_told(model):
+    log, _ = with_columns(small_log(), [MINE])
+    model.write_text(model.read_text().replace("      spread: {v", "      width: {v"))
+    chain = fdi.residuals_of(log, model)
+    assert "altimeters.width: the method altimeters gives no width" in chain.system.warnings
 
 
 def test_methods_are_found_by_name_in_the_order_of_the_table():

@@ -53,7 +53,7 @@ def estimator_columns(log: Log) -> Columns | str:
     message = log[SOURCE]
     growth = {name: _growth(log, message, field) for name, field in RATIOS.items()}
     if not any(np.isfinite(own).any() for own in growth.values()):
-        return "no test ratio of the autopilot's estimator is known and moves in the air"
+        return "no test ratio of the autopilot's estimator is known and above 0 in a flight"
     ratios = {f"{name}_ratio": own for name, own in growth.items()}
     values = ratios | _contrasts(message.t, growth)
     return Columns(message.t, values, SOURCE, dict.fromkeys(values, UNIT))
