@@ -16,7 +16,7 @@ from fdi.diagnosis import Finding
 from fdi.report.analysis_document import analysis_document
 from fdi.report.evidence import evidence_figure
 from fdi.report.style import Picture
-from fdi.report.text import onset
+from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
     accuracies,
@@ -91,6 +91,7 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         flown=flown(analysis.log.flights),
         agreements=analysis.diagnosis.methods,
         noticed=analysis.estimator.findings if analysis.estimator else (),
+        looked_at=looked_at(analysis),
         endings=[one for one in analysis.diagnosis.endings if one.first],
         window_text=window(analysis),
         model_text=analysis.airframe.description,

@@ -25,6 +25,7 @@ def _method(name: str, analysis: Analysis) -> dict[str, Any]:
     bank, system = analysis.bank, analysis.system
     health = analysis.estimator if name == ESTIMATOR.name else None
     noticed = health.findings if health is not None else ()
+    flight = health.flight if health is not None else None
     columns = []
     for generator, made_by in zip(bank.generators, bank.methods(), strict=True):
         if made_by != name:
@@ -50,6 +51,7 @@ def _method(name: str, analysis: Analysis) -> dict[str, Any]:
         ],
         "findings": [
             {
+                "flight": flight,
                 "kind": one.kind,
                 "t_s": number(one.t),
                 "until_s": number(one.end),

@@ -231,11 +231,26 @@ def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
 def _methods(analysis: Analysis) -> Iterator[RenderableType]:
     told = [one.text for one in analysis.diagnosis.methods]
     yield from _list("Methods beside the tests of the model", told, most=len(told))
-    noticed = analysis.estimator.findings if analysis.estimator else ()
+    if analysis.estimator is None:
+        return
+    where, found = looked_at(analysis), analysis.estimator.findings
+    lines = [f"{at(one.t)} s  {one.text}" for one in found if not one.is_late]
+    late = len(found) - len(lines)
+    if not lines and (late or where):
+        lines = ["nothing before the vehicle was upset" if late else "nothing"]
     yield from _list(
-        "What the autopilot's own estimator noticed (more: fdi estimator)",
-        [f"{at(one.t)} s  {one.text}" for one in noticed if not one.is_late],
+        f"What the autopilot's own estimator noticed{where} (more: fdi estimator)", lines
     )
+    if late:
+        yield text(f"  and {plural(late, 'consequence')} after the vehicle was upset", "dim")
+
+
+def looked_at(analysis: Analysis) -> str:
+    """Return which flight the estimator's findings are of, where a log has several."""
+    health, count = analysis.estimator, len(analysis.log.flights)
+    if health is None or health.flight is None or count < 2:
+        return ""
+    return f" in flight {health.flight + 1} of {count}, the only one looked at"
 
 
 def _left_open(analysis: Analysis) -> Iterator[RenderableType]:

@@ -10,7 +10,7 @@ from fdi.report.style import Picture
 from fdi.result import Analysis
 
 from .build import NOTHING, small_analysis, small_log
-from .test_text import HOSTILE
+from .test_text import HOSTILE, noticed
 
 
 def page(analysis: Analysis) -> str:
@@ -96,3 +96,10 @@ def test_a_quiet_page_has_no_findings(tmp_path: Path) -> None:
     told = page(small_analysis(tmp_path, **NOTHING))
     assert 'id="findings"' not in told
     assert "No component is accused." in told
+
+
+def test_the_page_says_which_flight_the_estimators_findings_are_of(analysis: Analysis) -> None:
+    told = page(noticed(analysis, flights=2))
+    assert "own estimator noticed in flight 2 of 2, the only one looked at</h2>" in told
+    assert 'href="#estimator"' in told
+    assert 'id="estimator"' not in page(analysis)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from fdi.methods.estimator import estimator_health
+from fdi.methods.estimator.findings import Finding as EstimatorFinding
 from fdi.report import log_summary, print_summary, summary
 from fdi.report.timeline import told_events
 from fdi.result import Analysis
@@ -157,3 +159,31 @@ def test_among_too_many_events_a_text_that_is_repeated_for_minutes_is_told_once(
         ("", 1, 200.0),
         ("PreArm: A", 1, 900.0),
     ]
+
+
+def noticed(analysis: Analysis, *findings: EstimatorFinding, flights: int) -> Analysis:
+    """Return an analysis whose estimator noticed something in the last flight."""
+    t = np.arange(0.0, 90.0, 0.5)
+    log = analysis.log.with_message(
+        message("EKF_STATUS_REPORT", {"velocity_variance": 0.1 + 0.0 * t}, t)
+    )
+    log._cache["flights"] = analysis.log.flights * flights
+    health = replace(estimator_health(log), findings=findings)
+    return replace(analysis, log=log, estimator=health)
+
+
+def test_it_is_told_which_flight_the_estimators_findings_are_of(analysis: Analysis) -> None:
+    one = EstimatorFinding("rejected", 50.0, 51.0, "velocity is rejected")
+    alone = " ".join(summary(noticed(analysis, one, flights=1)).split())
+    assert "own estimator noticed (more: fdi estimator) 50.0 s velocity is rejected" in alone
+    several = " ".join(summary(noticed(analysis, one, flights=2)).split())
+    assert "estimator noticed in flight 2 of 2, the only one looked at (more: " in several
+    nothing = " ".join(summary(noticed(analysis, flights=2)).split())
+    assert "the only one looked at (more: fdi estimator) nothing" in nothing
+    assert "own estimator noticed" not in summary(noticed(analysis, flights=1))
+
+
+def test_what_the_estimator_noticed_too_late_is_counted(analysis: Analysis) -> None:
+    late = EstimatorFinding("rejected", 86.0, 87.0, "velocity is rejected", is_late=True)
+    told = " ".join(summary(noticed(analysis, late, flights=1)).split())
+    assert "nothing before the vehicle was upset and 1 consequence after the" in told
