@@ -5,7 +5,6 @@ In: a log and its `EstimatorHealth`. Out: a folder with text, JSON and both figu
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +15,7 @@ from fdi.report.estimator_text import estimator_summary
 from fdi.report.folder import fresh_folder
 from fdi.report.json_text import json_text
 from fdi.report.style import Picture
+from fdi.report.text import plain
 from fdi.telemetry import Log
 
 FILES: Final = (
@@ -37,22 +37,12 @@ def write_estimator(log: Log, health: EstimatorHealth, out: Path, *, force: bool
     OutputError
         The folder cannot be written, or is not ours.
     """
+    page = plain(estimator_summary(log, health), width=WIDTH)
     with fresh_folder(out, holds="estimator", names=FILES, force=force) as fresh:
         (fresh / "estimator.json").write_text(json_text(estimator_document(log, health)), "utf-8")
-        (fresh / "estimator.txt").write_text(estimator_text(log, health), "utf-8")
+        (fresh / "estimator.txt").write_text(page, "utf-8")
         pictures = {"ratios": ratios_figure(log, health), "trees": trees_figure(log, health)}
         for name, picture in {n: Picture(f) for n, f in pictures.items()}.items():
             for kind in ("png", "svg"):
                 (fresh / f"{name}.{kind}").write_bytes(picture.bytes(kind))
     return out
-
-
-def estimator_text(log: Log, health: EstimatorHealth) -> str:
-    """Return the page of ``fdi estimator`` as plain text."""
-    from rich.console import Console
-
-    stream = io.StringIO()
-    console = Console(file=stream, width=WIDTH, force_terminal=False, emoji=False, no_color=True)
-    for part in estimator_summary(log, health):
-        console.print(part, highlight=False)
-    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines()) + "\n"

@@ -64,11 +64,17 @@ def _head(log: Log, health: EstimatorHealth) -> str:
     return f"{health.family.name} by {health.family.status}, {cores}; {when}"
 
 
+def _where(health: EstimatorHealth) -> str:
+    return "in the log" if health.flight is None else "in the flight"
+
+
 def _findings(health: EstimatorHealth) -> Iterator[RenderableType]:
     yield heading("Findings" if health.findings else "Nothing found")
     if not health.findings:
         if health.ratios:
-            yield text("  no source lost, no rejection, no rise against the own level, no whipsaw")
+            is_known = all(ratio.level is not None for ratio in health.ratios)
+            rise = "no rise against the own level, " if is_known else ""
+            yield text(f"  no source lost, no rejection, {rise}no whipsaw")
         else:
             yield text("  but the log has no test ratios: little could be looked at")
         return
@@ -107,7 +113,8 @@ def _cores(health: EstimatorHealth) -> Iterator[RenderableType]:
     changes = health.selection.changes
     if len(health.cores) < 2 and not changes:
         return
-    yield heading(f"Cores: {plural(len(changes), 'change')} of the selected one in the flight")
+    changed = plural(len(changes), "change")
+    yield heading(f"Cores: {changed} of the selected one {_where(health)}")
     for change in changes[:MOST_CHANGES]:
         before = "?" if change.before is None else str(change.before)
         why = f" ({change.reason})" if change.reason else ""
@@ -126,7 +133,7 @@ def _cores(health: EstimatorHealth) -> Iterator[RenderableType]:
 
 
 def _innovations(health: EstimatorHealth) -> Iterator[RenderableType]:
-    first = health.cores[0].number if not health.selection.t.size else _flown(health)
+    first = _flown(health)
     own = [one for one in health.innovations if one.core == first and one.peak is not None]
     if not own:
         return
@@ -164,9 +171,9 @@ def _bits(health: EstimatorHealth) -> Iterator[RenderableType]:
     if not shown:
         return
     yield heading("What the estimator said of itself")
-    made = table("kind", "bit", "core", "set in the flight, s")
+    made = table("kind", "bit", "core", "set, s")
     for bit in shown[:MOST_BITS]:
-        spans = [span for span in bit.spans if span[1] >= health.air[0]]
+        spans = [span for span in bit.spans if _is_in(span, health.air)]
         made.add_row(text(bit.kind), text(bit.name), text(str(bit.core)), text(_spans(spans)))
     yield made
     if len(shown) > MOST_BITS:
@@ -174,12 +181,16 @@ def _bits(health: EstimatorHealth) -> Iterator[RenderableType]:
 
 
 def _is_told(bit: Bit, core: int, air: Span) -> bool:
-    if not any(low <= air[1] and high >= air[0] for low, high in bit.spans):
+    if not any(_is_in(span, air) for span in bit.spans):
         return False
     if bit.kind in ALWAYS:
         return True
     edges = [t for span in bit.spans for t in span]
     return bit.core == core and any(air[0] < t < air[1] - LAST_S for t in edges)
+
+
+def _is_in(span: Span, air: Span) -> bool:
+    return span[0] <= air[1] and span[1] >= air[0]
 
 
 def _spans(spans: list[Span], most: int = 4) -> str:
@@ -214,7 +225,9 @@ def _trees(health: EstimatorHealth) -> Iterator[RenderableType]:
         yield heading(f"Tree: {top.name}")
         steps = first_path(top)
         if not steps:
-            yield text("  nothing in it became true in the flight")
+            seen = all(node.spans is not None for node, _, _ in walk(top))
+            known = "" if seen else ", as far as this log tells"
+            yield text(f"  nothing in it became true {_where(health)}{known}")
         elif top.since is None:
             yield text("  the top event did not come; part of the way to it:")
         for node in steps:
@@ -228,7 +241,7 @@ def _trees(health: EstimatorHealth) -> Iterator[RenderableType]:
 def _doubt(node: Node, health: EstimatorHealth) -> str:
     """Return how sure the moment is at which a node became true."""
     if node.since == health.air[0]:
-        return " (held at take-off already)"
+        return f" (held at {'take-off' if health.flight is not None else 'the beginning'} already)"
     return f" (records every {node.resolution:.2g} s)" if node.resolution >= COARSE_S else ""
 
 

@@ -122,3 +122,42 @@ def test_no_ratio_at_all_is_no_praise(run: Run, tmp_path: Path) -> None:
     assert ended.code == 0
     assert "the log has no test ratios: little could be looked at" in ended.out
     assert "no source lost" not in ended.out
+
+
+def test_without_an_own_level_nobody_says_that_no_rise_was_seen(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "short.ulg"
+    px4_log(path, {"estimator_status": status(T[:3])})
+    said = " ".join(run("estimator", path).out.split())
+    assert "no source lost, no rejection, no whipsaw" in said
+    assert "so that no rise can show: fewer than 4 records in the first 20 s" in said
+
+
+def test_a_log_without_a_flight_is_told_of_as_a_log(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "ground.ulg"
+    flags = {"condition_local_position_valid": np.zeros(T.size)}
+    topics = {"estimator_status": status(T), "vehicle_status_flags": (T, flags)}
+    px4_log(path, topics)
+    said = " ".join(run("estimator", path).out.split())
+    assert "local position invalid (held at the beginning already)" in said
+    assert "take-off already" not in said
+    assert "in the flight" not in said
+
+
+def test_a_tree_with_nodes_that_are_not_known_is_no_praise(run: Run) -> None:
+    log = LOG.parents[1] / "healthy_logs" / "copter_gusts.tlog"
+    said = " ".join(run("estimator", log).out.split())
+    assert "nothing in it became true in the flight, as far as this log tells" in said
+
+
+def test_bits_are_told_of_the_flight_and_of_no_other_time(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "later.ulg"
+    fault = np.where((T > 10) & (T < 12) | (T > 35), 4.0, 0.0)
+    px4_log(path, {"estimator_status": status(T, filter_fault_flags=fault)})
+    monkeypatch.setattr(
+        "fdi.methods.estimator.health._when", lambda log, flight: (None, (5.0, 30.0), (4.0, 31.0))
+    )
+    out = run("estimator", path).out
+    row = next(line for line in out.splitlines() if line.startswith("fault "))
+    assert row.split()[-3:] == ["10.2", "to", "12.0"]

@@ -13,18 +13,18 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.methods.estimator.bits import Bits, bits_of
 from fdi.methods.estimator.cores import Score, Selection, scores_of, selection_of
-from fdi.methods.estimator.failsafe import (
-    COPTERS,
-    THRESHOLD,
-    checks_node,
-    failsafe_tree,
-    solution_of,
-)
+from fdi.methods.estimator.failsafe import COPTERS, failsafe_tree, solution_of
 from fdi.methods.estimator.findings import Finding, findings_of
 from fdi.methods.estimator.innovations import Innovation, innovations_of
 from fdi.methods.estimator.lanes import lane_tree
 from fdi.methods.estimator.moments import Moment, complaint_of, upset_of
-from fdi.methods.estimator.ratios import REJECTED, Ratio, ratios_of
+from fdi.methods.estimator.ratios import (
+    LEAST_RECORDS,
+    LEVEL_S,
+    REJECTED,
+    Ratio,
+    ratios_of,
+)
 from fdi.methods.estimator.records import (
     TELEMETRY,
     Core,
@@ -192,12 +192,11 @@ def _trees(
             trees.extend(unhealthy_tree(log, one, bits) for one in cores)
         return trees
     trees = []
-    check = None
+    check: Node | None = None  # none where the failsafe is switched off
     solution = solution_of(log, cores, selection)
     if log.vehicle in COPTERS:
         trees.append(failsafe_tree(log, core, solution))
-        limit = log.parameters.get("FS_EKF_THRESH", THRESHOLD)
-        check = checks_node(log, core, solution, limit, "FS_EKF_THRESH") if limit > 0 else None
+        check = next(iter(trees[-1].children), None)
     kind = log.parameters.get("AHRS_EKF_TYPE", EKF3)
     if family.name not in OLD_LANES and kind == EKF3:
         trees.append(lane_tree(log, core, scores, selection, bits, check))
@@ -246,6 +245,12 @@ def _notes(
     absent = [quantity for quantity in table("records")["quantities"] if quantity not in known]
     if absent:
         notes.append(f"not used, or not in this log: the ratio of {', '.join(absent)}")
+    unknown = [r.quantity for r in ratios if r.level is None]
+    if unknown:
+        notes.append(
+            f"the own level of {', '.join(unknown)}, so that no rise can show: fewer than "
+            f"{LEAST_RECORDS} records in the first {LEVEL_S:g} s"
+        )
     high = [r.quantity for r in ratios if r.level is not None and r.level > REJECTED]
     if high:
         notes.append(

@@ -172,7 +172,7 @@ def _navigation_failure(log: Log, flown: Core, takeoff: float) -> Node:
     name = "the commander's test after take-off fails"
     parts = [flown.ratios.get(quantity) for quantity in ("velocity", "horizontal position")]
     if parts[0] is None or parts[1] is None:
-        return Node(name, None, "the ratios are not in this log")
+        return Node(name, None, "a ratio of velocity or position is not used, or not in this log")
     with np.errstate(invalid="ignore"):
         both = (parts[0] >= 1.0) & (parts[1] >= 1.0)
     tested = (takeoff, min(takeoff + TEST_S, _fast(log, takeoff)))

@@ -1,17 +1,20 @@
 """The EKF failsafe of copters and EKF3's lanes, on columns made for them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from flights import ROOT
 
+from fdi.methods.estimator import estimator_health
 from fdi.methods.estimator.bits import Bits
 from fdi.methods.estimator.cores import Change, Score, Selection
 from fdi.methods.estimator.failsafe import checks_node, failsafe_tree
 from fdi.methods.estimator.lanes import lane_tree
 from fdi.methods.estimator.records import Core
-from fdi.methods.estimator.tree import Node, path
-from fdi.telemetry import Log
+from fdi.methods.estimator.tree import Node, path, walk
+from fdi.telemetry import Log, read
 
 from .build import px4_log, status
 
@@ -122,3 +125,11 @@ def test_the_failsafes_check_asks_for_a_lane_one_count_before_it_trips(log: Log)
     asked = path(tree)[-2]
     assert asked.name == "the EKF check asks for another core"
     assert asked.since == pytest.approx((check.since or 0.0) - 0.1)
+
+
+def test_both_trees_say_that_a_limit_is_assumed() -> None:
+    log = read(ROOT / "examples" / "crash_logs" / "copter_motor_failure_crash.tlog")
+    own = {name: value for name, value in log.parameters.items() if name != "FS_EKF_THRESH"}
+    trees = estimator_health(replace(log, parameters=own)).trees
+    limits = [node.because for tree in trees for node, _, _ in walk(tree) if node.gate == "two"]
+    assert limits == ["limit 0.8 (ArduPilot's default)"] * 2

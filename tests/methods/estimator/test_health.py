@@ -13,7 +13,7 @@ from fdi.methods.estimator.cores import Change, Selection, whipsaws
 from fdi.methods.estimator.findings import fallen, growing, standing
 from fdi.methods.estimator.moments import Moment, complaint_of
 from fdi.methods.estimator.records import table
-from fdi.methods.estimator.tree import Node, path
+from fdi.methods.estimator.tree import Node, path, walk
 from fdi.telemetry import read
 
 from .build import RATIOS, px4_log, status
@@ -305,3 +305,11 @@ def test_reading_twice_gives_the_same(tmp_path: Path) -> None:
     px4_log(file, {"estimator_status": status(T, filter_fault_flags=(T > 20) * 3.0)})
     a, b = estimator_health(read(file)), estimator_health(read(file))
     assert (a.findings, a.notes, a.bits, a.trees) == (b.findings, b.notes, b.bits, b.trees)
+
+
+def test_a_ratio_that_is_not_used_is_not_said_to_be_missing(tmp_path: Path) -> None:
+    topics = {"estimator_status": status(T, vel_test_ratio=np.zeros(T.size))}
+    (tree, *_) = estimator_health(px4_log(tmp_path / "a.ulg", topics)).trees
+    (test, *_) = [node for node, _, _ in walk(tree) if "test after take-off" in node.name]
+    assert test.spans is None
+    assert test.because == "a ratio of velocity or position is not used, or not in this log"
