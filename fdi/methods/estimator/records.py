@@ -106,7 +106,7 @@ def family_of(log: Log) -> Family:
         for row in table("records")["families"]
         if row["status"] in log and len(log[row["status"]]) and row["autopilot"] == log.autopilot
     ]
-    there.sort(key=lambda row: kind is not None and row.get("type") not in (None, int(kind)))
+    there.sort(key=lambda row: kind is not None and row.get("type") not in (None, kind))
     for row in there:
         family = _family(row)
         if any(_read(log[family.status], names) for names in family.ratios.values()):

@@ -133,3 +133,10 @@ def test_both_trees_say_that_a_limit_is_assumed() -> None:
     trees = estimator_health(replace(log, parameters=own)).trees
     limits = [node.because for tree in trees for node, _, _ in walk(tree) if node.gate == "two"]
     assert limits == ["limit 0.8 (ArduPilot's default)"] * 2
+
+
+@pytest.mark.parametrize("kind", [np.nan, np.inf, 3.0, 11.0])
+def test_a_kind_of_estimator_that_is_none_stops_nothing(kind: float) -> None:
+    log = read(ROOT / "examples" / "crash_logs" / "copter_motor_failure_crash.tlog")
+    changed = replace(log, parameters={**log.parameters, "AHRS_EKF_TYPE": kind})
+    assert estimator_health(changed).family.name == "ArduPilot EKF"
