@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -41,6 +42,9 @@ def structure(
         raise UsageError(
             f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
         )
+    from fdi.decision import load_policy
+    from fdi.methods.columns import with_columns
+    from fdi.methods.table import methods_of
     from fdi.model import load_airframe
     from fdi.model.placement import place
     from fdi.report.model_document import model_document, study
@@ -48,9 +52,14 @@ def structure(
 
     airframe = load_airframe(model)
     recorded = None if log is None else read(log)
+    silent: tuple[str, ...] = ()
+    if recorded is not None:
+        recorded, silent = with_columns(recorded, methods_of(load_policy("default").methods))
     name = None if recorded is None else recorded.name
     placement = place(airframe, recorded) if placing else None
-    found = study(airframe, airframe.observe(recorded), name, placement)
+    system = airframe.observe(recorded)
+    system = replace(system, warnings=(*silent, *system.warnings))
+    found = study(airframe, system, name, placement)
     if figure is not None:
         from fdi.report import write_file
         from fdi.report.figures import isolability_figure

@@ -269,3 +269,12 @@ def test_ctrl_c_is_130_and_leaves_nothing(tmp_path: Path, model: Path) -> None:
     assert command.returncode == 130, err
     assert err.strip() == "fdi: interrupted"
     assert not list(work.iterdir())
+
+
+def test_structure_counts_the_tests_that_an_analysis_has(run: Run) -> None:
+    """Those of the default policy's methods, whose columns no log holds by itself, included."""
+    told = json.loads(run("structure", "quadcopter", "--log", LOG, "--json").out)
+    analysis = json.loads(run("analyze", LOG, "--json", "--model", "quadcopter").out)
+    told = told["structure"]
+    assert told["detectable"] == analysis["structure"]["detectable"]
+    assert "estimator.velocity_ratio" in told["detectable"]
