@@ -33,8 +33,8 @@ MEAN_S: Final = 4.0
 """Of the mean: over this, a single rejected measurement is no rise."""
 GROWN: Final = 4.0
 """Times its own level is a rise: chosen, and the same as ``growth_most``, 12 dB, of the model
-``shared/estimator.yaml``. On 105 flights without a fault one compass goes beyond, and the airspeed
-of three in gusts."""
+``shared/estimator.yaml``. Of 105 flights without a fault one compass goes beyond, all but the
+compass of one that ends in a fall, and the airspeed of three in gusts."""
 REJECTED: Final = 1.0
 """A root ratio above this is an innovation beyond its gate."""
 MOST_LEVEL: Final = REJECTED / GROWN
