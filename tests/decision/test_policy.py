@@ -49,6 +49,51 @@ def test_policy_of_a_file_is_read_like_a_shipped_one(tmp_path):
     assert own.sampling == load_policy("default").sampling
 
 
+def test_what_a_file_leaves_out_is_what_the_value_has_by_itself(tmp_path):
+    """The numbers stand in two places: the shape of the file and the recipe that a stage takes."""
+    for name, recipe in (("default", PredictedSpread()), ("paper", Rank())):
+        text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
+        head, _, rest = text.partition("decision:\n")
+        kept = "".join(line for line in rest.splitlines(True) if not line.startswith("  "))
+        bare = f"{head}decision:\n  method: {recipe.method}\n{kept}"
+        assert load_policy(written(tmp_path, bare)).decision == recipe
+    assert PredictedSpread().sigmas == 4.0
+    assert Rank().quantile == 0.97  # as published
+
+
+@pytest.mark.parametrize(
+    ("entry", "taken", "refused"),
+    [
+        ("sigmas", 0.1, 0),
+        ("persistence_s", 0, -0.1),
+        ("least_samples", 1, 0),
+        ("least_factor", 1, 1.01),
+        ("most_factor", 1, 0.99),
+        ("reference_s", 0.1, 0),
+        ("block_s", 0.1, 0),
+        ("mean_s", 0.1, 0),
+        ("mean_least", 0.1, 0),
+        ("mean_most", 0.1, 0),
+        ("mean_levels", 0.1, 0),
+        ("scatter_most", 1.01, 1),
+        ("scatter_most", 9.9, 10),
+        ("budget_per_hour", 0.01, 0.009),
+        ("budget_per_hour", 100, 101),
+        ("least_scale", 0, -0.1),
+        ("most_scale", 1, 0.99),
+    ],
+)
+def test_a_figure_is_taken_up_to_its_bound_and_refused_beyond(tmp_path, entry, taken, refused):
+    def with_figure(figure):
+        kept = [line for line in RIGHT.splitlines() if not line.startswith(f"  {entry}:")]
+        return "\n".join(kept).replace("decision:\n", f"decision:\n  {entry}: {figure}\n") + "\n"
+
+    policy = load_policy(written(tmp_path, with_figure(taken)))
+    assert getattr(policy.decision, entry) == taken
+    with pytest.raises(ModelError, match=entry):
+        load_policy(written(tmp_path, with_figure(refused)))
+
+
 def test_wrong_policy_reports_every_problem_with_its_line(tmp_path):
     text = (
         RIGHT.replace("gap_factor: 3.0", "gap_factor: 0.5")

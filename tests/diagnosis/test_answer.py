@@ -7,6 +7,7 @@ import pytest
 
 from fdi.decision import load_policy
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.clearing import quiet_tests
 from fdi.residuals import Differentiation
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.events import flight_state
@@ -52,9 +53,15 @@ def test_test_that_was_mostly_unknown_rules_nothing_out():
         assert ({"sun", "star"} <= set(named(found.ruled_out))) == out
 
 
-@pytest.mark.parametrize(("end", "cleared"), [(1.5, False), (3.0, True)])
+def test_an_alarm_in_the_middle_of_a_flight_speaks_against_what_its_test_holds():
+    able, against = quiet_tests(alarms_of(BANK, {SKY: [(40, 60)]}))
+    assert np.flatnonzero(against).tolist() == [SKY]
+    assert able.all()
+
+
+@pytest.mark.parametrize(("end", "cleared"), [(1.75, False), (2.0, True)])
 def test_what_ran_for_a_moment_rules_nothing_out(end, cleared):
-    """An alarm would have needed as long."""
+    """An alarm would have needed as long: two seconds have to be known."""
     found = answer({}, flights=(Flight(0, end, takeoff=0.0),))
     assert bool(found.ruled_out) == cleared
 

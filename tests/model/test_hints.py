@@ -42,6 +42,25 @@ def test_what_changes_slowly_may_come_at_any_rate(flight):
     assert words == "VIBRATION would test it (SRn_EXTRA3)"
 
 
+PAIR = """format: 1
+name: pair
+components: {one: {group: sensor}, other: {group: sensor}}
+variables: {x: {unit: m/s**2}, h: {unit: m}}
+measurements:
+  VFR_HUD: {component: other, fields: {alt: {variable: h}}}
+  VIBRATION: {component: one, fields: {vibration_x: {variable: x}}}
+  RAW_IMU: {component: one, fields: {xacc: {variable: x}}}
+"""
+
+
+def test_of_messages_of_which_one_changes_fast_the_rate_is_told(flight, tmp_path):
+    """The one that changes slowly alone would test nothing."""
+    path = tmp_path / "pair.yaml"
+    path.write_text(PAIR, encoding="utf-8")
+    words = would_test("one", load_airframe(path), without(flight, "VIBRATION", "RAW_IMU"))
+    assert words.startswith("VIBRATION and RAW_IMU at 2 Hz or more would test it")
+
+
 def test_streams_have_their_new_names_where_the_log_has_them(flight):
     log = without(flight, "GPS_RAW_INT")
     renamed = replace(log, parameters={**log.parameters, "MAV1_EXT_STAT": 2.0})

@@ -182,6 +182,30 @@ def test_a_second_definition_is_an_error_unless_the_file_extends_the_first(tmp_p
     assert [e.text for e in airframe.equations if e.name == "k_9"] == ["y = 4"]
 
 
+COMPONENT = "format: 1\nname: d\ncomponents:\n  wheel: {group: power}\n"
+
+
+@pytest.mark.parametrize(
+    ("group", "found"),
+    [("power", []), ("airframe", ["m.yaml:5: 'wheel' is defined twice, first at d.yaml:4"])],
+)
+def test_a_component_may_be_defined_again_alike(tmp_path, group, found):
+    write(tmp_path, COMPONENT, "d.yaml")
+    own = f"include: [d.yaml]\ncomponents:\n  wheel: {{group: {group}}}"
+    if found:
+        assert problems(tmp_path, with_line(GOOD, own)) == found
+    else:
+        airframe = load_airframe(write(tmp_path, with_line(GOOD, own)))
+        assert airframe.components["wheel"].group == group
+
+
+def test_nothing_else_may_be_defined_again_alike(tmp_path):
+    write(tmp_path, BASE, "b.yaml")
+    again = GOOD.replace("  k_1:", "  k_9: y = 3\n  k_1:")
+    found = problems(tmp_path, with_line(again, "include: [b.yaml]"))
+    assert found == ["m.yaml:10: 'k_9' is defined twice, first at b.yaml:6"]
+
+
 def test_extending_one_file_does_not_open_what_another_one_defined(tmp_path):
     write(tmp_path, BASE, "b.yaml")
     write(tmp_path, "format: 1\nname: c\nparameters:\n  c_1: {value: 1, unit: m}\n", "c.yaml")

@@ -164,6 +164,26 @@ def test_edges_say_what_an_equation_can_be_solved_for(airframe):
     assert edges["ATTITUDE.yaw"] == {"a": "solvable"}
 
 
+def test_a_limit_allows_nothing_beyond_its_bound(airframe):
+    (limit,) = [e for e in airframe.observe().equations if e.kind is Kind.LIMIT]
+    assert limit.tolerance == limit.window == limit.offset == limit.swings == limit.scale == 0
+    assert not any((limit.supports, limit.steady, limit.always, limit.command))
+
+
+@pytest.mark.parametrize(
+    ("domain", "edge"),
+    [("[0, null]", "solvable"), ("[-9, 9]", "fixed"), ("[1, 9]", "solvable"), ("null", "fixed")],
+)
+def test_a_square_is_undone_where_its_root_cannot_be_negative(tmp_path, domain, edge):
+    text = MODEL.replace("  w: {unit: m/s}", f"  w: {{unit: m/s, domain: {domain}}}")
+    if domain == "null":
+        text = MODEL
+    path = tmp_path / "m.yaml"
+    path.write_text(text, encoding="utf-8")
+    edges = {e.name: dict(e.edges) for e in load_airframe(path).observe().equations}
+    assert edges["k_2"]["w"] == edge
+
+
 def test_structure_without_limits_keeps_the_rest_as_it_is(airframe):
     system = airframe.observe()
     whole, rest = system.structure(), system.structure(limits=False)

@@ -8,7 +8,7 @@ from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import parse
 from fdi.model.parts import Kind
-from fdi.model.records import FEW_RECORDS
+from fdi.model.records import FEW_RECORDS, still
 from fdi.telemetry.signals import TIME
 
 TEXT = """format: 1
@@ -73,6 +73,11 @@ def test_what_makes_no_sense_is_said_with_its_line(tmp_path, old, new, said):
     with pytest.raises(ModelError, match=r"small\.yaml:\d+") as error:
         airframe(tmp_path, TEXT.replace(old, new))
     assert said in str(error.value)
+
+
+def test_the_seventh_equal_record_is_the_first_that_tells_of_standing_still():
+    t, values = np.arange(9.0), np.array([1.0, 2, 2, 2, 2, 2, 2, 2, 2])
+    np.testing.assert_array_equal(still(t, values), [np.nan, 0, 0, 0, 0, 0, 0, 6, 7])
 
 
 def test_stillness_counts_from_the_last_change_and_a_few_equal_records_are_none():

@@ -10,8 +10,11 @@ import pytest
 
 from fdi import store
 from fdi.model import load_airframe
-from fdi.residuals import build_bank
+from fdi.residuals import build_bank, cache
 from fdi.residuals.cache import _depends_on, cached_bank
+
+from .build import GLIDER, airframe
+from .test_evaluate import LOOP
 
 ROOT = Path(__file__).parents[2]
 MODEL = ROOT / "tests" / "models" / "paper_77.yaml"
@@ -46,6 +49,19 @@ def test_second_bank_equals_the_first(folder):
     assert parts(cached_bank(system, "mtes")) == parts(built)
     assert len(list(folder.glob("bank-*"))) == 1
     assert parts(cached_bank(system, "mtes")) == parts(built)
+
+
+@pytest.mark.parametrize("text", [GLIDER, LOOP], ids=["derivative", "loop"])
+def test_second_bank_is_read_and_not_built(folder, tmp_path, monkeypatch, text):
+    system = airframe(tmp_path, text).observe()
+    built = cached_bank(system)
+    assert any(generator.steps for generator in built.generators)
+
+    def build(*_):
+        raise AssertionError("built anew")
+
+    monkeypatch.setattr(cache, "build_bank", build)
+    assert parts(cached_bank(system)) == parts(built)
 
 
 def test_key_holds_what_a_bank_depends_on_and_no_values():

@@ -7,6 +7,7 @@ import pytest
 
 from fdi.model.parts import Kind
 from fdi.residuals import Differentiation, build_bank
+from fdi.residuals.rules import Reason
 from fdi.telemetry import Channel, Signals
 from fdi.telemetry.events import flight_state
 
@@ -128,6 +129,34 @@ def test_where_a_condition_does_not_hold_the_residual_is_unknown(bank):
     row = next(i for i, g in enumerate(bank.generators) if "GPS_RAW_INT.cog" in g.faults)
     assert np.isfinite(found.values[row, :40]).all()
     assert np.isnan(found.values[row, 40:]).all()
+
+
+DERIVED = GLIDER.replace("v_ground > slow", "twice > slow").replace(
+    "  climb: {unit: m/s}", "  climb: {unit: m/s}\n  twice: {unit: m/s}"
+)
+
+
+@pytest.mark.parametrize(("share", "judged"), [(0.09, False), (0.15, True)])
+def test_condition_on_what_follows_from_what_is_shown_holds_by_its_value(tmp_path, share, judged):
+    """Of 15 m/s a tenth is below 1.5 m/s, where the double of it is at the condition's 3 m/s."""
+    text = DERIVED.replace("limits:", "  k_4: twice = 2*v_ground\nlimits:")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    columns = truth(60)
+    for name in ("LOCAL_POSITION_NED.vx", "LOCAL_POSITION_NED.vy", "GPS_RAW_INT.vel"):
+        columns[name][40:] *= share
+    found = run(bank, columns)
+    row = next(i for i, g in enumerate(bank.generators) if "GPS_RAW_INT.cog" in g.faults)
+    assert np.isfinite(found.values[row, :40]).all()
+    assert np.isfinite(found.values[row, 40:]).all() == judged
+
+
+def test_condition_on_what_follows_from_itself_alone_cannot_be_read(tmp_path):
+    circle = "  k_4: twice = more + v_ground\n  k_5: more = twice - v_ground\nlimits:"
+    text = DERIVED.replace("limits:", circle).replace("  h:", "  more: {unit: m/s}\n  h:")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    assert not any("GPS_RAW_INT.cog" in g.faults for g in bank.generators)
+    refused = [one for one in bank.not_implementable if "GPS_RAW_INT.cog" in one.faults]
+    assert {one.reason for one in refused} == {Reason.CONDITION}
 
 
 def test_a_difference_of_angles_is_wrapped(bank):

@@ -1,12 +1,21 @@
 """The lag between a channel and what is expected of it is found between samples, or not at all."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.residuals import Differentiation, build_bank
-from fdi.residuals.latency import SEARCH_S, block_lag, combined, estimate_lags, with_lags
+from fdi.residuals.latency import (
+    SEARCH_S,
+    _beginning,
+    block_lag,
+    combined,
+    estimate_lags,
+    with_lags,
+)
 from fdi.telemetry import Channel
 
 from .build import airframe
@@ -122,6 +131,16 @@ def driven(bank, late, n=600, period=0.2):
     made.period[Channel.parse("GPS_RAW_INT.vel")] = period
     made.state.airborne[:] = True
     return made
+
+
+@pytest.mark.parametrize(("seconds", "told"), [(100.0, 50.0), (600.0, 300.0), (1000.0, 300.0)])
+def test_lags_are_learned_from_the_first_half_of_the_flight_and_five_minutes_at_most(seconds, told):
+    made = SimpleNamespace(rate_hz=RATE, state=SimpleNamespace(airborne=None))
+    made.state.airborne = np.arange(round(1100 * RATE)) < round((seconds + 20) * RATE)
+    made.state.airborne[: round(20 * RATE)] = False  # on the ground
+    t = np.flatnonzero(_beginning(made)) / RATE
+    assert (t[0], t[-1] + 1 / RATE) == pytest.approx((20.0, 20.0 + told))
+    assert len(t) == round(told * RATE)
 
 
 def test_a_receiver_that_comes_late_is_found_and_moved(tmp_path):

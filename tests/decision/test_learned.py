@@ -1,0 +1,56 @@
+"""What one healthy flight says about each test."""
+
+import numpy as np
+import pytest
+
+from fdi.decision.bounds import learn
+from fdi.decision.learned import reached
+from fdi.decision.recipes import PredictedSpread
+
+from .build import flown, residuals
+
+RECIPE = PredictedSpread(sigmas=4.0, persistence_s=1.5, mean_s=1000.0)
+N = 400
+
+
+def of_flight(values, end=N, **more):
+    given = residuals(values, flights=flown(0.0, end / 4.0), **more)
+    return reached(given, learn(given, RECIPE), np.arange(N) < end, RECIPE)
+
+
+def noise(rows=1, seed=0):
+    return np.random.default_rng(seed).normal(size=(rows, N))
+
+
+def test_what_was_not_known_for_as_long_as_an_alarm_takes_says_nothing():
+    """At 4 Hz the 1.5 s of an alarm are six samples."""
+    values = noise(3)
+    values[1, 205:] = values[1, :200] = np.nan
+    values[2, 206:] = values[2, :200] = np.nan
+    assert list(of_flight(values)) == ["e0: ", "e2: "]
+
+
+def test_a_test_that_does_not_hold_from_the_beginning_on_says_nothing():
+    values = noise(2)
+    values[1] += 50.0
+    assert list(of_flight(values)) == ["e0: "]
+
+
+def test_what_happens_on_the_ground_says_nothing():
+    values = noise()
+    shaken = values.copy()
+    shaken[0, 300:] += 500.0
+    assert of_flight(shaken, 300) == of_flight(values, 300)
+
+
+def test_nothing_that_was_reached_is_below_zero():
+    (quiet,) = of_flight(np.zeros(N), tolerance=1.0).values()
+    assert quiet.scale == 0.0
+
+
+def test_the_constant_is_the_median_of_the_reference_where_the_model_allows_one():
+    values = noise()
+    (free,) = of_flight(values).values()
+    (held,) = of_flight(values + 7.0, allowance=10.0).values()
+    assert free.centre is None
+    assert held.centre == pytest.approx(7.0, abs=0.6)  # of 80 samples: four of its deviations
