@@ -47,6 +47,15 @@ def test_component_is_ruled_out_by_its_tests_that_stayed_quiet():
     assert size.size == pytest.approx(2.0)  # the threshold of every test here
 
 
+@pytest.mark.parametrize("accuracy", [0.5, 10.0])
+def test_change_that_would_have_shown_is_that_of_the_threshold_however_accurate_a_channel(accuracy):
+    bank = bank_of(model(SHOWN).replace("accuracy: 1 m", f"accuracy: {accuracy} m"))
+    cleared = answer({}, bank=bank).ruled_out
+    assert named(cleared) == sorted(SHOWN)
+    for item in cleared:
+        assert [one.size for one in item.would_show] == pytest.approx([2.0])
+
+
 def test_test_that_was_mostly_unknown_rules_nothing_out():
     for unknown, out in ((30, False), (10, True)):
         found = answer({}, unknown={SKY: [(0, unknown)]})

@@ -11,6 +11,7 @@ from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.latency import (
     SEARCH_S,
     _beginning,
+    _blocks,
     block_lag,
     combined,
     estimate_lags,
@@ -131,6 +132,30 @@ def driven(bank, late, n=600, period=0.2):
     made.period[Channel.parse("GPS_RAW_INT.vel")] = period
     made.state.airborne[:] = True
     return made
+
+
+@pytest.mark.parametrize(
+    ("samples", "unknown", "begins"),
+    [
+        (60, None, [0]),
+        (59, None, []),
+        (109, None, [0]),
+        (110, None, [0, 50]),
+        (110, 10, [50]),
+        (110, 49, [50]),
+        (110, 59, []),
+        (110, 60, [0]),
+    ],
+)
+def test_a_channel_is_cut_into_pieces_of_which_all_is_known(samples, unknown, begins):
+    """Of 10 s, 50 samples; of what is expected as much as is searched, 1 s, on both sides."""
+    shown, expected = np.arange(2.0 * samples).reshape(2, samples)
+    if unknown is not None:
+        shown[unknown] = np.nan
+    found = list(_blocks(shown, expected, 5.0))
+    assert [own[0] - 5 for own, _ in found] == begins
+    assert [(own[-1] - own[0], len(around)) for own, around in found] == [(49, 60)] * len(found)
+    assert [around[0] - samples for _, around in found] == begins
 
 
 @pytest.mark.parametrize(("seconds", "told"), [(100.0, 50.0), (600.0, 300.0), (1000.0, 300.0)])
