@@ -1,6 +1,7 @@
 """Model files: what a good one gives, and that a bad one is told everything at once."""
 
 import hashlib
+import json
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fdi import store
 from fdi.errors import ModelError
 from fdi.model import load_airframe, shipped_models
 from fdi.model.choose import vehicles_of
@@ -80,6 +82,32 @@ def test_a_kept_airframe_equals_the_one_that_was_assembled(tmp_path, monkeypatch
     assert len(list((tmp_path / "cache").iterdir())) == 1
     for name in first.__slots__:
         assert getattr(first, name) == getattr(second, name), name
+
+
+STRANGERS = {  # what is kept of GOOD, and what of it is spoiled
+    "a left side": ('"v = v_max",["v"]', '"v = v_max",["nobody"]'),
+    "a right side": ('["v"],["v_max"]', '["v"],["nobody"]'),
+    "a condition": ('"armed",["and",2]', '"nobody",["and",2]'),
+    "who is concerned": ('"stuck","wheel"', '"stuck","nobody"'),
+    "what is measured": ('"v","estimator"', '"nobody","estimator"'),
+    "who measures": ('"v","estimator"', '"v","nobody"'),
+    "a variable": ('{"v":["v"', '{"v":["nobody"'),
+    "a component": ('{"wheel":["wheel"', '{"wheel":["nobody"'),
+}
+
+
+@pytest.mark.parametrize("what", STRANGERS)
+def test_what_is_kept_with_a_name_that_nothing_defines_is_read_anew(what, tmp_path, monkeypatch):
+    monkeypatch.setenv("FDI_CACHE_DIR", str(tmp_path / "cache"))
+    path, (own, spoiled) = write(tmp_path, GOOD), STRANGERS[what]
+    whole = load_airframe(path)
+    (entry,) = (tmp_path / "cache").iterdir()
+    head, _, body = entry.read_text(encoding="utf-8").partition("\n")
+    assert body.count(own) == 1
+    store.keep(*head.split()[2:4], json.loads(body.replace(own, spoiled)))
+    found = load_airframe(path)
+    assert (found.equations, found.measurements) == (whole.equations, whole.measurements)
+    assert (found.components, found.variables) == (whole.components, whole.variables)
 
 
 @pytest.mark.parametrize("change", ["main", "included", "beside"])

@@ -90,6 +90,16 @@ def test_outputs_by_motor_need_no_functions_of_outputs():
     assert place_of("motor_1", told("quad", "px4", ("actuator_motors",), **frame)) == "front right"
 
 
+@pytest.mark.parametrize(
+    ("function", "place"),
+    [(101.0, "front right"), (104.0, "rear right"), (112.0, ""), (113.0, "front left")],
+)
+def test_an_output_is_of_the_motor_that_its_function_says_and_else_of_its_own(function, place):
+    """PX4's functions 101 to 112 are motors 1 to 12; a quadcopter has four."""
+    frame = {"SYS_AUTOSTART": 4001.0, "PWM_MAIN_FUNC3": function}
+    assert place_of("motor_3", told("quad", "px4", **frame)) == place
+
+
 def test_what_is_no_motor_has_no_place():
     assert place_of("gps", told("quad", "ardupilot", FRAME_CLASS=1, FRAME_TYPE=1)) == ""
 
