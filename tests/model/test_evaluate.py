@@ -156,3 +156,10 @@ def test_arguments_are_never_written():
 
 def test_longest_allowed_expression_is_evaluated():
     assert evaluate(parse("+".join(["x"] * 150)), {"x": np.ones(2)}).tolist() == [150, 150]
+
+
+def test_a_condition_on_an_imaginary_root_does_not_hold():
+    """Of a negative number nothing is known, and no root of it is below one."""
+    given_ = {"x": np.array([-1.0, 0.25, 4.0])}
+    assert holds(parse("sqrt(x) < 1", condition=True), given_).tolist() == [False, True, False]
+    assert holds(parse("sqrt(x) >= 1", condition=True), given_).tolist() == [False, False, True]
