@@ -425,6 +425,17 @@ def test_supporting_test_that_does_not_hold_from_the_beginning_is_a_condition(su
     assert alarms.unfit[0] == supports
 
 
+@pytest.mark.parametrize(("supports", "unfit"), [(False, False), (True, True)])
+def test_a_test_that_is_not_judged_raises_no_alarm_by_its_mean_either(supports, unfit):
+    """Noise is beyond a tolerance of nothing all along: what merely supports is not judged."""
+    values = noise(10 * MINUTE, 0)
+    values[5 * MINUTE : 6 * MINUTE] += 2.0
+    alarms = DEFAULT.decide(residuals(values, supports=supports))
+    assert alarms.unfit[0] == unfit
+    assert alarms.alarm.any() != unfit
+    assert np.isnan(alarms.mean).all() == unfit
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_small_offset_that_lasts_is_an_alarm_from_about_its_beginning_to_its_end(seed):
     """Two standard deviations: far below the threshold of five, far above any mean in health."""

@@ -129,6 +129,13 @@ def test_fault_that_becomes_smaller_has_the_size_that_it_had_at_first(seed):
     assert found.value == pytest.approx(6.5, abs=0.8)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bias_that_is_over_after_seconds_has_its_size(seed):
+    found = sized(alarms_of(THREE, {"GPS.x": np.where(T < ONSET + 5.0, 12.0, 0.0) * STEP}, seed))
+    assert found.shape == "bias"
+    assert found.value == pytest.approx(12.0, abs=4 * found.sigma)
+
+
 def test_wrong_component_has_no_size():
     """What the others agree on cannot be the fault of one of them."""
     alarms = alarms_of(THREE, {"GPS.x": 10.0 * STEP})

@@ -198,6 +198,28 @@ def test_a_loop_with_a_condition_is_solved_where_it_holds(tmp_path):
             assert (found.spread[row, :20] > 0).all()
 
 
+ROOT = """
+format: 1
+name: root
+variables: {p: {unit: "1"}, q: {unit: "1"}, twice: {unit: "1"}}
+equations:
+  k: {text: "q = sqrt(p**2 + 9)", solves: [p]}
+  l: {text: "twice = 2*p", solves: [twice]}
+measurements:
+  A: {component: a, group: sensor, fields: {twice: {variable: twice}}}
+  B: {component: b, group: sensor, fields: {q: {variable: q}}}
+"""
+
+
+def test_a_square_that_undoes_a_root_is_no_solution_where_the_root_would_be_negative(tmp_path):
+    """Of q = 5 the roots are 4 and -4, of which 4 fits; q = -5 has none, though its square has."""
+    bank = build_bank(airframe(tmp_path, ROOT).observe(), "mtes+cross_checks")
+    (generator,) = bank.generators
+    assert "p" in {name for _, name in generator.steps}
+    found = run(bank, {"A.twice": np.full(4, 8.0), "B.q": np.array([5.0, -5.0, 5.0, np.nan])})
+    assert found.values[0] == pytest.approx([0, np.nan, 0, np.nan], nan_ok=True)
+
+
 def test_values_cannot_be_written(bank):
     found = run(bank, truth(10))
     with pytest.raises(ValueError, match="read-only"):
