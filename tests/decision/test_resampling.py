@@ -35,6 +35,21 @@ def test_drawn_noise_is_as_large_and_as_slow_as_the_flights(memory):
     assert neighbours(drawn) == pytest.approx(neighbours(own), abs=0.03)
 
 
+def test_what_noise_is_drawn_from_is_what_the_past_two_seconds_do_not_tell():
+    """A residual that repeats nine tenths of what it was two seconds ago, and nothing nearer."""
+    rng, back = np.random.default_rng(9), round(2.0 * RATE)
+    own = rng.normal(size=20_000)
+    for i in range(back, len(own)):
+        own[i] = 0.9 * own[i - back] + np.sqrt(1 - 0.9**2) * own[i]
+    calm = np.ones((1, len(own)), bool)
+    calm[0, 5000] = False
+    model = fit_noise(own[None], calm, RATE)
+    assert model.innovations.shape == (1, len(own) - back - (back + 1))
+    assert model.innovations.std() == pytest.approx(np.sqrt(1 - 0.9**2), rel=0.05)
+    assert model.deviation == pytest.approx(1.0, rel=0.1)
+    assert model.whitening[0, [0, back]] == pytest.approx([1.0, -0.9], abs=0.03)
+
+
 def test_innovations_that_are_rounding_errors_are_not_blown_up():
     own = np.where(np.arange(400) < 200, 0.02, -0.02)[None]
     calm = np.ones(own.shape, bool)

@@ -7,6 +7,7 @@ import pytest
 
 from fdi.decision import load_policy
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.answer import strongest
 from fdi.diagnosis.clearing import quiet_tests
 from fdi.residuals import Differentiation
 from fdi.telemetry import Flight, Signals
@@ -185,6 +186,15 @@ def test_component_that_only_a_limit_concerns_is_testable_where_the_limit_ran():
     assert {i.component: i.text for i in found.not_testable} == dict.fromkeys(
         ("monitor", "computer"), "its tests never had all that they need"
     )
+
+
+def test_how_far_a_limit_is_violated_is_no_strength_of_a_finding():
+    """It says nothing about noise; what goes 20 times beyond its threshold does."""
+    bank = bank_of(LIMITED)
+    limit = alarms_of(bank, {limit_row(bank, "overload"): [(40, 100)]}, peak=20.0)
+    assert strongest(limit) == [("computer", 40.0, 0.0)]
+    noise = alarms_of(BANK, {place: [(40, 100)] for place in GPS}, peak=20.0)
+    assert strongest(noise) == [("gps", 40.0, 20.0)]
 
 
 def test_what_lies_outside_the_model_is_never_listed():

@@ -134,6 +134,13 @@ def test_what_cannot_be_repeated_is_told_with_its_line(text, problem):
     assert told(text) == [problem]
 
 
+def test_a_key_within_a_repeated_entry_is_filled_by_the_row_of_the_entry():
+    text = "for: {i: [1, 2], o: [2, 1]}\nv:\n  x_{i}:\n    y_{o}:\n      z_{i}: 1\n"
+    assert repeated(parse_document(text, "m")).tree == {
+        "v": {"x_1": {"y_2": {"z_1": 1}}, "x_2": {"y_1": {"z_2": 1}}}
+    }
+
+
 def test_without_columns_braces_are_letters():
     text = 'v: {x: "a {brace}", y: ["{}", "{i"]}'
     assert repeated(parse_document(text, "m")).tree == parse_document(text, "m").tree

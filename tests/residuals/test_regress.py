@@ -51,6 +51,14 @@ def test_error_is_what_repeated_flights_show():
     assert np.std(values) * np.sqrt(200 / (2000 / 10)) == pytest.approx(np.mean(errors), rel=0.25)
 
 
+def test_scatter_counts_once_in_ten_seconds():
+    """Of 1000 s that are 100 samples: the root of what is left over 100 times what leads."""
+    rng = np.random.default_rng(5)
+    x = circle(3000, turns=30.0)[0]
+    _, error = slope([x + rng.normal(0, 2, 3000)], [x], [np.zeros(3000)], 1.0, 1000.0)
+    assert error[1500] == pytest.approx(2 / (20 / np.sqrt(2)) / 10, rel=0.1)
+
+
 def test_a_leader_that_rests_gives_no_slope():
     found, error = slope([np.arange(50.0)], [np.full(50, 3.0)], [np.ones(50)], STEP, 4.0)
     assert np.isnan(found).all()
