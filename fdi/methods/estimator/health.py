@@ -21,7 +21,6 @@ from fdi.methods.estimator.moments import Moment, complaint_of, upset_of
 from fdi.methods.estimator.ratios import (
     LEAST_RECORDS,
     LEVEL_S,
-    REJECTED,
     Ratio,
     ratios_of,
 )
@@ -250,12 +249,6 @@ def _notes(
         notes.append(
             f"the own level of {', '.join(unknown)}, so that no rise can show: fewer than "
             f"{LEAST_RECORDS} records in the first {LEVEL_S:g} s"
-        )
-    high = [r.quantity for r in ratios if r.level is not None and r.level > REJECTED]
-    if high:
-        notes.append(
-            f"the own level of {', '.join(high)} is above the gate: rejected from take-off on, "
-            f"so that no rise can show"
         )
     if not innovations:
         notes.append("innovations are not in this log")
