@@ -169,7 +169,7 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
         Which of these m (positions in ``rows``) are of one trusted message: they decide about
         boots.
     """
-    zero_us, arrival, quality = _repair_stamps(stamp_us)
+    zero_us, stamps, arrival, quality = _repair_stamps(stamp_us)
     zero = zero_us / 1e6
     main = np.delete(main, _spikes(boot_ms[main], SPIKE_S * 1e3))
     if not main.size:
@@ -186,10 +186,10 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
         )
     at, seconds = rows[main], _unwrap_ms(boot_ms[main]) / 1000
     if _tell_nothing(stamp_us, seconds):
-        arrival = np.interp(np.arange(stamp_us.size), at, seconds - seconds[0])
+        stamps = arrival = np.interp(np.arange(stamp_us.size), at, seconds - seconds[0])
         text = "the record stamps say nothing: times are taken from the time since boot"
         quality = [_finding("repaired", 0.0, int(stamp_us.size), text)]
-    first = _first_of_boots(at, seconds, arrival)
+    first = _first_of_boots(at, seconds, stamps, rows, boot_ms / 1000)
     arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
     arrival, pauses = _shorten_pauses(arrival, at, first)
     number = np.arange(first.size, dtype=np.min_scalar_type(first.size))
@@ -283,8 +283,10 @@ def _spikes(values: Ints | Floats, limit: float) -> Ints:
     return far
 
 
-def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[QualityRecord]]:
-    """Return the first stamp (us), and all from there in s, ascending but for jitter."""
+def _repair_stamps(
+    stamp_us: NDArray[np.uint64],
+) -> tuple[int, Floats, Floats, list[QualityRecord]]:
+    """Return the first stamp (us), and from there all in s: without spikes, and ascending."""
     # whole microseconds as long as possible: float64 holds 1.6e15 us to 0.25 us only
     stamps = np.minimum(stamp_us, np.uint64(_LARGEST_US)).view(np.int64)
     wrong = np.union1d(_spikes(stamps, SPIKE_S * 1e6), _far_ends(stamps))
@@ -293,14 +295,14 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
         stamps[wrong] = np.rint(np.interp(wrong, right, stamps[right])).astype(np.int64)
     zero = min(max(int(stamps[0]), 0), _LARGEST_US) if stamps.size else 0
     stamps -= zero
-    arrival = stamps / 1e6
+    seconds = arrival = stamps / 1e6
     back = np.flatnonzero(arrival[1:] < arrival[:-1]) + 1
     back = back[arrival[back] - arrival[back - 1] < -STEP_S]
     steps = arrival[back] - arrival[back - 1]
     if back.size:
         shift = np.zeros(arrival.size)
         shift[back] = -steps
-        arrival += np.cumsum(shift)
+        arrival = arrival + np.cumsum(shift)
     quality = []
     if wrong.size:
         text = f"{wrong.size} record stamps are wrong: interpolated"
@@ -315,7 +317,7 @@ def _repair_stamps(stamp_us: NDArray[np.uint64]) -> tuple[int, Floats, list[Qual
         )
         for row, step in zip(back, steps, strict=True)
     ]
-    return zero, arrival, [*quality, *_told_as_one(jumps)]
+    return zero, seconds, arrival, [*quality, *_told_as_one(jumps)]
 
 
 def _told_as_one(found: list[QualityRecord]) -> list[QualityRecord]:
@@ -342,18 +344,28 @@ def _unwrap_ms(boot_ms: Ints) -> Floats:
     return seconds
 
 
-def _first_of_boots(rows: Ints, seconds: Floats, arrival: Floats) -> Ints:
-    """Return the first record of every boot: where boot time steps back and stays back."""
+def _first_of_boots(at: Ints, seconds: Floats, stamps: Floats, rows: Ints, told: Floats) -> Ints:
+    """Return the first record of every boot: where boot time steps back and stays back.
+
+    The trusted message decides whether, at the records ``at``; all that tell their time decide
+    where, the records ``rows`` which tell ``told``, s.
+    """
     first = [0]
     for i in np.flatnonzero(np.diff(seconds) < -REBOOT_S):
         if np.all(seconds[i + 1 : i + 4] < seconds[i] - REBOOT_S):
-            first.append(_widest_step(arrival, int(rows[i]), int(rows[i + 1])))
+            between = slice(*np.searchsorted(rows, at[i : i + 2] + 1))
+            is_old = told[between] > (seconds[i] + seconds[i + 1]) / 2
+            # the cut at which most of them are on their side; one of them may be wrong
+            right = np.cumsum(np.append(0, np.where(is_old, 1, -1)))
+            around = np.append(at[i], rows[between])
+            cut = int(np.argmax(right))
+            first.append(_widest_step(stamps, int(around[cut]), int(around[cut + 1])))
     return np.array(first)
 
 
-def _widest_step(arrival: Floats, low: int, high: int) -> int:
-    """Return the record in (low, high] that follows the longest pause."""
-    return low + 1 + int(np.argmax(np.abs(np.diff(arrival[low : high + 1]))))
+def _widest_step(stamps: Floats, low: int, high: int) -> int:
+    """Return the record in (low, high] that follows the longest pause or step of the stamps."""
+    return low + 1 + int(np.argmax(np.abs(np.diff(stamps[low : high + 1]))))
 
 
 def _remove_clock_jumps(

@@ -84,6 +84,15 @@ def test_reboot_is_told_and_time_goes_on(load):
     assert len(log.flights) == 2
 
 
+def test_every_record_belongs_to_the_boot_whose_time_it_tells(load):
+    """The recorder's clock steps back at the new start, and records come in bunches."""
+    one = BASE.but(rate=1.0, boot=100.0)
+    log = load(one.bytes() + one.but(boot=2.0).bytes())
+    ticks = np.arange(np.floor(one.duration) + 1)
+    told = log["GPS_RAW_INT"].si("time_usec")
+    np.testing.assert_allclose(told, [*(100 + ticks), *(2 + ticks)], atol=1e-3)
+
+
 def test_long_pause_between_recordings_is_shortened(load):
     second = BASE.but(boot=2.0, start=5 * 86400.0)
     log = load(b"".join(BASE.records() + second.records()))
