@@ -273,6 +273,7 @@ def request_of(
     """Return what to ask of a log for a measurement."""
     constants = {name: Number(value.value) for name, value in parameters.items()}
     value, when, reported = measurement.value, measurement.when, measurement.reported
+    over = value is not None and any(_is_over(node) for node in walk(value))
     return Request(
         channel=measurement.channel,
         fields=fields_of(measurement, parameters),
@@ -286,7 +287,8 @@ def request_of(
         stirred=measurement.stirred,
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
-        over=value is not None and any(_is_over(node) for node in walk(value)),
+        over=over,
+        paces=not (over or measurement.silence or measurement.made_by),
     )
 
 

@@ -13,7 +13,7 @@ exception.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, Literal
@@ -98,6 +98,8 @@ class Request:
         s, taken off the record times; how well that is known.
     over : bool
         ``value`` is of a while of records, and those that are not valid are unknown to it.
+    paces : bool
+        Its records count in the automatic rate: it was recorded, and not made from what was.
     """
 
     channel: Channel
@@ -113,6 +115,7 @@ class Request:
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
     over: bool = False
+    paces: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +125,7 @@ class Sampling:
     Attributes
     ----------
     rate_hz : float or None
-        None: the median of the requested channels' own rates, rounded, 1 to 10 Hz.
+        None: the median of the rates of the requested channels that pace, rounded, 1 to 10 Hz.
     window : (float, float) or None
         s of the log's clock, both ends included; None: the flights' extent, or the whole log.
     clock : "best" or "record"
@@ -238,7 +241,10 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         The automatic rate is wanted and no requested channel is in the log.
     """
     records = {r.channel: records_of(material, r, sampling) for r in requests}
-    rate = sampling.rate_hz or _own_rate(records)
+    pacing = [records[r.channel] for r in requests if r.paces]
+    rate = sampling.rate_hz or _own_rate(pacing) or _own_rate(records.values())
+    if rate is None:
+        raise LogError("none of the requested channels is in the log")
     t = _grid(material, sampling.window, rate)
     columns, period, accuracy, spacing = {}, {}, {}, {}
     for channel, record in records.items():
@@ -286,10 +292,10 @@ def _extent(material: Material) -> tuple[float, float]:
     return min(f.start for f in material.flights), max(f.end for f in material.flights)
 
 
-def _own_rate(records: Mapping[Channel, Records]) -> float:
-    periods = [r.period for r in records.values() if r.t.size > 1]
+def _own_rate(records: Collection[Records]) -> float | None:
+    periods = [r.period for r in records if r.t.size > 1]
     if not periods:
-        raise LogError("none of the requested channels is in the log")
+        return None
     rate = 1 / float(np.median(periods))
     return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
 

@@ -67,6 +67,13 @@ def test_without_the_method_nothing_of_its_statements_is_tested(model):
     assert "apart" not in {chain.system.equations[g.residual].name for g in chain.bank.generators}
 
 
+def test_columns_do_not_pace_the_grid(model):
+    """The tests of the model would see another flight with them than without."""
+    log, _ = with_columns(small_log(), [MINE])
+    asked = fdi.residuals_of(log, model).system.channels
+    assert [one.channel.source for one in asked if not one.paces] == ["altimeters"]
+
+
 def test_columns_keep_unit_time_and_origin():
     log, _ = with_columns(small_log(), [MINE])
     data = log.channel("altimeters.spread")

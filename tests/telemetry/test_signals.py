@@ -1,5 +1,6 @@
 """Resampling: unknown is never bridged, known values never leave their neighbours."""
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -129,6 +130,16 @@ def test_published_recipe_uses_stamps_drops_earlier_twins_and_extrapolates():
     assert got.tolist() == [0, 7, 14, 21]
     _, mean = values(log, rate_hz=1, window=(0, 1), clock="record", equal_stamps="mean")
     assert mean.tolist() == [0, 6]
+
+
+@pytest.mark.parametrize(("paces", "rate"), [(True, 2.0), (False, 4.0)])
+def test_what_is_made_of_other_records_does_not_pace_unless_nothing_else_is_asked(paces, rate):
+    t = np.arange(0.0, 10.0, 0.25)
+    fast, slow = log_of(t, t), log_of(t[::4], t[::4])
+    both = replace(fast, messages={"M": fast.messages["M"], "N": slow.messages["M"]})
+    made = Request(Channel("N", "a"), ("a",), paces=paces)
+    assert resample(both, (Request(A, ("a",)), made), Sampling()).rate_hz == rate
+    assert resample(both, (made,), Sampling()).rate_hz == 1.0
 
 
 def test_automatic_rate_is_the_channels_own():
