@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.parts import Component, Kind
-from fdi.residuals import Bank
+from fdi.model.system import System
+from fdi.residuals import Bank, Generator
 
 
 class Tie(IntEnum):
@@ -47,6 +48,9 @@ class Concerns:
         Residuals that support an accusation and accuse nobody by themselves.
     stated : (r,) bool
         Limits and equalities: the model itself says what they may reach.
+    through : tuple of frozenset of str
+        Of every residual the components with no parts that break whose output it reads: what
+        disturbs them may show in it, whomever it concerns.
     """
 
     faults: tuple[tuple[str, ...], ...]
@@ -57,10 +61,15 @@ class Concerns:
     residual: NDArray[np.intp]
     supports: NDArray[np.bool_]
     stated: NDArray[np.bool_]
+    through: tuple[frozenset[str], ...]
 
     def of(self, row: int) -> frozenset[str]:
         """Return the components that a residual concerns."""
         return frozenset(self.component[fault] for fault in self.faults[row])
+
+    def disturbed(self, row: int, reach: frozenset[str]) -> frozenset[str]:
+        """Return whom of ``reach``, those that a failure disturbs, a residual may show."""
+        return (self.of(row) | self.through[row]) & reach
 
     def held_by(self, row: int) -> frozenset[str]:
         """Return those of them that the model does not merely suspect."""
@@ -123,4 +132,10 @@ def concerns(bank: Bank) -> Concerns:
             bool,
         ),
         stated,
+        tuple(_through(generator, system) for generator in bank.generators),
     )
+
+
+def _through(generator: Generator, system: System) -> frozenset[str]:
+    read = {m.component for i in generator.equations if (m := system.equations[i].measurement)}
+    return frozenset(n for n in read if n in system.components and system.components[n].computed)

@@ -188,7 +188,7 @@ def _explained(
         if ties[run.row] >= Tie.SUSPECTED:
             own.append(run)
             end = max(end, run.end)
-        elif inquiry.whom.of(run.row) & inquiry.reach[component]:
+        elif inquiry.whom.disturbed(run.row, inquiry.reach[component]):
             following.append(run)
     return own, following
 
@@ -211,6 +211,6 @@ def _effects(cause: Cause, following: Sequence[Run], inquiry: Inquiry) -> list[E
     by_component: dict[str, list[Run]] = {}
     for run in following:
         held = whom.held_by(run.row)
-        first = min(whom.of(run.row) & reach, key=lambda n: (n not in held, whom.order[n]))
+        first = min(whom.disturbed(run.row, reach), key=lambda n: (n not in held, whom.order[n]))
         by_component.setdefault(first, []).append(run)
     return [Effect(component, tuple(runs), cause) for component, runs in by_component.items()]

@@ -89,6 +89,21 @@ def test_a_test_of_one_component_accuses_it_though_it_is_seldom_to_blame():
     assert named(found.findings) == ["estimator"]
 
 
+@pytest.mark.parametrize(("said", "follows"), [("computed: true, ", True), ("", False)])
+def test_what_something_computed_tells_of_others_follows_from_what_disturbs_it(said, follows):
+    """An estimator that a receiver has led astray finds fault with the compass."""
+    text = model(
+        SHOWN | {"estimator": ["y", "ratio"]},
+        {"gps": ["estimator"]},
+        "limits:\n  off: {variable: ratio, max: 1, component: compass}\n",
+    )
+    bank = bank_of(text.replace("estimator: {affects", f"estimator: {{{said}affects"))
+    raised = pairs("gps", "x", (40, 60), bank=bank) | {limit_row(bank, "off"): [(55, 90)]}
+    found = answer(raised, bank=bank, peak=20.0)
+    assert named(found.findings) == (["gps"] if follows else ["gps", "compass"])
+    assert named(found.consequences) == (["estimator"] if follows else [])
+
+
 def test_two_that_cannot_be_told_apart_are_both_named():
     (finding,) = answer({0: [(40, 100)]}, bank=PAIR).findings
     assert (finding.component, finding.inseparable_from) == ("baro", ("gps",))
