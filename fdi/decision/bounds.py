@@ -184,8 +184,8 @@ def _unfit(
         # what begins within the reference is a fault and no condition, unless it came with a turn
         begins = spread_factors(deviation, residuals.spread, first, block // 2)
         unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
-    stands = _stands(size > tolerance, np.isfinite(size), reference) & ~always
-    unfit = np.where(limit | supports, stands, unfit)
+    stands = _stands(size > tolerance, np.isfinite(size), reference)
+    unfit = np.where(limit | supports, stands, unfit) & ~always
     # where the constant that is allowed could not be learned, nothing is held against the test
     unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
     is_short = np.count_nonzero(reference) < TOLD * recipe.reference_s * rate_hz

@@ -258,6 +258,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             scale=entry.scale,
             supports=entry.supports,
             steady=entry.steady,
+            always=entry.always,
             command=entry.command,
             says=entry.says or "",
             suspects=tuple(entry.suspects),

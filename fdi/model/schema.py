@@ -117,6 +117,7 @@ class EquationEntry(_Entry):
     scale: float = Field(default=0.0, ge=0)
     supports: bool = False
     steady: bool = False
+    always: bool = False
     command: bool = False
     says: Clause | None = None
 

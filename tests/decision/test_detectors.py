@@ -396,6 +396,14 @@ def test_limit_that_is_exceeded_from_the_beginning_on_is_a_condition(first, unfi
     assert not alarms.alarm[0, 2 * MINUTE :].any()
 
 
+@pytest.mark.parametrize("kind", [Kind.LIMIT, Kind.EQUALITY])
+@pytest.mark.parametrize("always", [True, False])
+def test_what_must_hold_always_is_judged_from_the_beginning_on(kind, always):
+    given_ = residuals(np.full(5 * MINUTE, 60.0), kind=kind, always=always)
+    alarms = DEFAULT.decide(given_)
+    assert (alarms.unfit.tolist(), alarms.alarm.all()) == ([not always], always)
+
+
 @pytest.mark.parametrize(("lost", "unfit"), [(0.4, True), (0.9, False)])
 def test_poor_link_does_not_hide_that_a_limit_is_exceeded_from_the_beginning_on(lost, unfit):
     values = np.full(5 * MINUTE, 3.0)
