@@ -5,9 +5,11 @@ values.py    what a source says at the records of another message
 silence.py   what MAVLink sends of a sensor that says nothing
 sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
+motors.py    which motor every output of a multicopter drives
 """
 
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
+from fdi.telemetry.meaning.motors import unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
 
-__all__ = ["as_ardupilot", "as_mavlink", "origin", "with_outputs"]
+__all__ = ["as_ardupilot", "as_mavlink", "origin", "unwired", "with_motors", "with_outputs"]

@@ -33,7 +33,7 @@ from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
 from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.wording import greeting
 from fdi.telemetry.log import Log, Source
-from fdi.telemetry.meaning import as_mavlink, with_outputs
+from fdi.telemetry.meaning import as_mavlink, with_motors, with_outputs
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import Kind, QualityRecord
 from fdi.units import Conversion
@@ -96,6 +96,7 @@ def make_log(
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, "ardupilot", vehicle)
+    messages = with_motors(messages, values, "ardupilot", vehicle)
     events = [*texts, *log_events(timed, vehicle), *named]
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))

@@ -60,7 +60,7 @@ from fdi.telemetry.formats.tlog.vehicle import (
     sources,
 )
 from fdi.telemetry.log import Log
-from fdi.telemetry.meaning import as_ardupilot, with_outputs
+from fdi.telemetry.meaning import as_ardupilot, with_motors, with_outputs
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.quality import QualityRecord
 
@@ -142,6 +142,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     if vehicle.autopilot == "px4":
         messages = as_ardupilot(messages, vehicle.vehicle)
     messages = with_outputs(messages, values, vehicle.autopilot, vehicle.vehicle)
+    messages = with_motors(messages, values, vehicle.autopilot, frame.vehicle)
     return Log(
         path,
         "tlog",

@@ -64,7 +64,7 @@ from fdi.telemetry.formats.ulog.times import (
 )
 from fdi.telemetry.formats.ulog.units import Release, field_meaning
 from fdi.telemetry.log import Log, Source
-from fdi.telemetry.meaning import as_mavlink, with_outputs
+from fdi.telemetry.meaning import as_mavlink, with_motors, with_outputs
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
 
@@ -115,6 +115,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
     said = as_mavlink(own, vehicle, table="mavlink_ulog")
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, autopilot, vehicle)
+    messages = with_motors(messages, values, autopilot, vehicle)
     end = max(float(one.t[-1]) for one in times)
     events = [*log_texts(records.others, known.of_stamp), *log_events(own, release), *named]
     events += crash_dumps(records.others, end)
