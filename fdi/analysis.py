@@ -21,9 +21,10 @@ from fdi.methods.estimator.columns import ESTIMATOR
 from fdi.model import Airframe, System
 from fdi.model.choose import is_general, made_for
 from fdi.model.hints import would_test
-from fdi.model.outputs import moved_motors
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
+from fdi.telemetry.catalogue import recorded_message
+from fdi.telemetry.meaning import MOTORS, unwired
 
 Progress = Callable[[str, float], None]
 
@@ -169,11 +170,8 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
     fitting = made_for(airframe.name)
     if fitting and not is_general(airframe.name) and log.vehicle not in fitting:
         yield f"{airframe.name} is a model of {', '.join(fitting)}, and the log is of {log.vehicle}"
-    moved = moved_motors(log.parameters) if log.autopilot == "ardupilot" else {}
-    moved = {motor: on for motor, on in moved.items() if f"motor_{motor}" in airframe.components}
-    if moved:
-        where = ", ".join(f"motor {motor} is on output {on}" for motor, on in moved.items())
-        yield f"{where}; the model takes output n for motor n: its motor_n is what output n drives"
+    if any(measurement.channel.source == MOTORS for measurement in airframe.measurements):
+        yield from unwired(log.messages, log.parameters, log.autopilot, log.vehicle)
 
 
 def _stopped(log: Log, system: System) -> Iterator[str]:
@@ -184,8 +182,8 @@ def _stopped(log: Log, system: System) -> Iterator[str]:
     for source, t in used.items():
         if len(t) >= LEAST_RECORDS and end - t[-1] > max(STOPPED_S, 5 * np.median(np.diff(t))):
             yield (
-                f"{source} stops at {t[-1]:.1f} s, {end - t[-1]:.1f} s before the other messages "
-                "do: what it shows is unknown from then on"
+                f"{recorded_message(source)} stops at {t[-1]:.1f} s, {end - t[-1]:.1f} s before "
+                "the other messages do: what it shows is unknown from then on"
             )
 
 

@@ -17,7 +17,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``parameters.py``: which values the parameters of a model have with a log, and what was assumed
 - ``copied.py``: which channels bring nothing, because another one says the same
 - ``world.py``: what is known of the place and day of a flight
-- ``choose.py``, ``outputs.py``: which model fits a log, and where its motors are
+- ``choose.py``: which model fits a log
 - ``naming.py``: what a person calls a component, and where on the airframe it sits
 - ``lacking.py``: what falls away because a log lacks it, in words
 - ``placement.py``: which further telemetry would show more; ``hints.py``: what would test a

@@ -20,7 +20,7 @@ from fdi.model.parts import Kind
 from fdi.model.system import System, SystemEquation
 from fdi.structure import decompose, submodel
 from fdi.telemetry import Log
-from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.catalogue import data_table, recorded_message
 
 _STEP: Final = "step"
 """In a condition: the statement needs samples often enough."""
@@ -72,7 +72,11 @@ def would_test(component: str, airframe: Airframe, log: Log, system: System | No
 
 
 def recorded_as(source: str, log: Log) -> str:
-    """Return what a log of this kind calls a message of the model, "" where it has none such."""
+    """Return what a log of this kind calls a message of the model, "" where it has none such.
+
+    What is made of another message is called as that one.
+    """
+    source = recorded_message(source)
     if log.format in _MAPPED:
         row = data_table(_MAPPED[log.format])["messages"].get(source)
         if row is not None:
@@ -84,10 +88,19 @@ def recorded_as(source: str, log: Log) -> str:
     return source
 
 
+def is_lacking(source: str, log: Log) -> bool:
+    """Return whether a log would have a message of the model if it were recorded.
+
+    What is made of a message that is there is not lacking: it could not be made of it.
+    """
+    return source not in log and recorded_message(source) not in log
+
+
 def setting_of(source: str, log: Log) -> str:
     """Return the setting by which the autopilot logs a message of the model, "" for unknown."""
     table = data_table("logging")
     name = recorded_as(source, log)
+    source = recorded_message(source)
     bare = name.partition("[")[0]
     if log.format == "dataflash":
         groups = data_table("mavlink_dataflash")["groups"]
@@ -137,7 +150,8 @@ def _tests(component: str, system: System, left_out: Collection[str] = ()) -> li
 
 def _lacking(component: str, airframe: Airframe, log: Log) -> list[str]:
     """Return the messages of a model that a log lacks, those of the component first."""
-    absent = [m for m in airframe.measurements if m.channel.source not in log and not m.made_by]
+    absent = [m for m in airframe.measurements if is_lacking(m.channel.source, log)]
+    absent = [m for m in absent if not m.made_by]
     own = [m.channel.source for m in absent if m.component == component and not m.trusted]
     return list(dict.fromkeys(chain(own, (m.channel.source for m in absent))))
 

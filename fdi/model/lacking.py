@@ -14,6 +14,7 @@ from typing import Final
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component, Equation
 from fdi.telemetry import Channel, Log
+from fdi.telemetry.catalogue import recorded_message
 
 _UNIT: Final = re.compile(r"(?:(?<=[A-Z])([23])|\[([12])\])$")
 _ORDINAL: Final = ("", "", "second ", "third ")
@@ -34,7 +35,7 @@ def lacking_words(
     """Yield what a log lacks and which tests fall away for it, those of one message in one line."""
     together: dict[tuple[str, ...], list[Fallen]] = {}
     for one in fallen:
-        sources = tuple(sorted({channel.source for channel in one.channels}))
+        sources = tuple(sorted({recorded_message(channel.source) for channel in one.channels}))
         together.setdefault(sources, []).append(one)
     for sources, group in together.items():
         equations = [equation for one in group for equation in one.equations]

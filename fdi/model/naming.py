@@ -1,27 +1,21 @@
 """What does a person call a component, and where on the airframe does it sit?
 
 In: a component's key, the components of its model, a log. Out: words ("Motor 2 (rear left)"). The
-place follows from what this very log says of the frame; where it says nothing, there is no place.
-``frames.json`` holds the angles of the motors, with their sources.
-
-The trap for a maintainer: the models take output n for motor n. Where the log tells that another
-motor is on that output, the place is that motor's.
+place follows from what this very log says of the frame (`fdi.telemetry.motors`); where it says
+nothing, there is no place. Motors are counted as the autopilot does, whatever output drives them.
 """
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
-from importlib.resources import files
 from math import atan2, degrees, floor
-from typing import Any, Final
+from typing import Final
 
-from fdi.model.outputs import moved_motors
 from fdi.model.parts import Component
 from fdi.telemetry import Log
+from fdi.telemetry.motors import motors_of
 
 _MOTOR: Final = re.compile(r"motor_([0-9]{1,2})")
 _SECTORS: Final = (
@@ -34,8 +28,7 @@ _SECTORS: Final = (
     "left",
     "front left",
 )
-_QUAD, _HEXA = 1.0, 2.0  # FRAME_CLASS
-_PX4_MOTOR: Final = 100  # PWM_MAIN_FUNCn: 101 is motor 1
+_HALF_A_SECTOR: Final = 0.25  # quarter turns
 
 
 def component_words(component: str, components: Mapping[str, Component]) -> str:
@@ -74,20 +67,15 @@ def inside(words: str) -> str:
 
 def place_of(component: str, log: Log) -> str:
     """Return where a motor sits on the airframe of a log, "" where the log does not tell."""
-    motor = _MOTOR.fullmatch(component)
-    if motor is None:
+    found = _MOTOR.fullmatch(component)
+    if found is None:
         return ""
-    if log.autopilot == "px4":
-        number = int(motor[1])
-        if "actuator_motors" not in log:  # by motor; where it is logged, the models read that
-            number = _px4_motor(number, log.parameters)
-        angle = _px4_angle(number, log.parameters)
-    elif log.autopilot == "ardupilot":
-        number = _ardupilot_motor(int(motor[1]), log.parameters)
-        angle = _listed(_ardupilot_angles(log.vehicle, log.parameters), number)
-    else:
-        angle = None
-    return "" if angle is None else sector(angle)
+    motors = motors_of(log.parameters, log.autopilot, log.vehicle)
+    motor = next((one for one in motors if one.number == int(found[1])), None)
+    if motor is None or not (motor.roll or motor.pitch):  # in the middle, as a single rotor
+        return ""
+    # Frames are wider than long, or longer than wide: front and rear count by the extent.
+    return sector(degrees(atan2(-motor.roll, motor.pitch)))
 
 
 def sector(angle: float) -> str:
@@ -97,67 +85,13 @@ def sector(angle: float) -> str:
     --------
     >>> sector(-135), sector(30), sector(180), sector(-20)
     ('rear left', 'front right', 'rear', 'front')
+
+    Half way between two directions, as on an octocopter, it is the one that names both.
+
+    >>> sector(22.5), sector(67.5), sector(-22.5), sector(-157.5)
+    ('front right', 'front right', 'front left', 'rear left')
     """
-    return _SECTORS[floor((angle + 22.5) / 45) % 8]
-
-
-def _ardupilot_motor(output: int, parameters: Mapping[str, float]) -> int:
-    """Return the motor on an output, 0 where another one's was put there or nobody says."""
-    moved = moved_motors(parameters)
-    there = [motor for motor, place in moved.items() if place == output]
-    return there[0] if there else 0 if output in moved else output
-
-
-def _ardupilot_angles(vehicle: str, parameters: Mapping[str, float]) -> Sequence[float]:
-    """Return the angles of the motors; without FRAME_CLASS the vehicle's type tells how many."""
-    table = _frames()["ardupilot"]
-    kind = parameters.get("FRAME_CLASS", {"quad": _QUAD, "hexa": _HEXA}.get(vehicle, 0.0))
-    order = parameters.get("FRAME_TYPE", parameters.get("FRAME"))
-    name = {_QUAD: "quad", _HEXA: "hexa"}.get(kind)
-    if name is None or order is None:
-        return ()
-    found: Sequence[float] = table[name].get(f"{order:.0f}", ())
-    return found
-
-
-def _px4_motor(output: int, parameters: Mapping[str, float]) -> int:
-    """Return the motor on an output, by the output's function where it is a motor's."""
-    function = round(parameters.get(f"PWM_MAIN_FUNC{output}", 0.0)) - _PX4_MOTOR
-    return function if 1 <= function <= 12 else output
-
-
-def _px4_angle(motor: int, parameters: Mapping[str, float]) -> float | None:
-    """Return the angle of a motor, by the positions of the rotors or the kind of airframe."""
-    positions = _positions(parameters)
-    if positions:
-        # Frames are wider than long, or longer than wide: front and rear count by the extent.
-        length, width = (max(abs(p[axis]) for p in positions) or 1.0 for axis in (0, 1))
-        if not 1 <= motor <= len(positions):
-            return None
-        forward, right = positions[motor - 1]
-        if not (forward or right):  # in the middle, as a single rotor
-            return None
-        return degrees(atan2(right / width, forward / length))
-    start = parameters.get("SYS_AUTOSTART", 0.0)
-    for row in _frames()["px4"]:
-        if row["from"] <= start <= row["to"]:
-            return _listed(row["angles"], motor)
-    return None
-
-
-def _positions(parameters: Mapping[str, float]) -> list[tuple[float, float]]:
-    """Return how far forward and right of the middle the rotors are, m, as far as all are told."""
-    count = round(parameters.get("CA_ROTOR_COUNT", 0.0))
-    names = [(f"CA_ROTOR{n}_PX", f"CA_ROTOR{n}_PY") for n in range(count)]
-    if not all(x in parameters and y in parameters for x, y in names):
-        return []
-    return [(parameters[x], parameters[y]) for x, y in names]
-
-
-def _listed(angles: Sequence[float], motor: int) -> float | None:
-    return angles[motor - 1] if 1 <= motor <= len(angles) else None
-
-
-@lru_cache
-def _frames() -> Any:
-    return json.loads(files("fdi.model").joinpath("frames.json").read_text("utf-8"))
+    turns = round(angle, 3) / 90
+    straight = floor(turns + 0.5)
+    within = abs(turns - straight) < _HALF_A_SECTOR
+    return _SECTORS[(2 * straight if within else 2 * floor(turns) + 1) % 8]

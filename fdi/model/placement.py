@@ -18,11 +18,12 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.model.airframe import Airframe
-from fdi.model.hints import recorded_as, setting_of
+from fdi.model.hints import is_lacking, recorded_as, setting_of
 from fdi.structure import Model
 from fdi.structure.additions import Counts, Reach, gained, minimal_additions, reach
 from fdi.structure.placement import sensor_gains
 from fdi.telemetry import Log
+from fdi.telemetry.catalogue import recorded_message
 
 LIMIT = 2000
 """Choices of messages that are looked at before the smallest sets are given up."""
@@ -96,7 +97,7 @@ def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
 
 def _messages(airframe: Airframe, log: Log) -> Placement:
     sources = dict.fromkeys(str(m.channel.source) for m in airframe.measurements)
-    candidates = tuple(s for s in sources if s not in log and recorded_as(s, log))
+    candidates = tuple(s for s in sources if is_lacking(s, log) and recorded_as(s, log))
 
     @cache
     def extended(counts: Counts) -> Model:
@@ -106,8 +107,9 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
         return airframe.observe(log, also=frozenset(also)).structure(trusting=False)
 
     before = reach(observed(()))
+    names = {source: recorded_message(source) for source in candidates}
     each = (
-        Gain(name, *gained(before, reach(observed([name]))), setting_of(name, log))
+        Gain(names[name], *gained(before, reach(observed([name]))), setting_of(name, log))
         for name in candidates
     )
     gains = _ordered(gain for gain in each if gain.detectable or gain.isolable)
@@ -118,6 +120,6 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
     try:
         found = tuple(minimal_additions(extended, most, wanted, LIMIT))
     except UsageError:
-        return Placement("message", candidates, gains, None)
-    sets = (tuple(s for s, n in zip(candidates, counts, strict=True) if n) for counts in found)
-    return Placement("message", candidates, gains, tuple(sets))
+        return Placement("message", tuple(names.values()), gains, None)
+    sets = (tuple(s for s, n in zip(names.values(), counts, strict=True) if n) for counts in found)
+    return Placement("message", tuple(names.values()), gains, tuple(sets))

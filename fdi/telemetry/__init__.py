@@ -17,6 +17,7 @@ channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 airframes.py  the frame of a vehicle with rotors
+motors.py     where every motor stands, and which way it turns
 sensors.py    sensors that the autopilot stops using
 flights.py    take-off, landing, impact from the data
 airtime.py    from when to when a flight is in the air, and settled

@@ -40,6 +40,17 @@ def data_table(name: str) -> Mapping[str, Any]:
     return table
 
 
+def recorded_message(source: str) -> str:
+    """Return the message that another one is made of, itself for one that is recorded.
+
+    Examples
+    --------
+    >>> recorded_message("MOTORS"), recorded_message("ATTITUDE")
+    ('SERVO_OUTPUT_RAW', 'ATTITUDE')
+    """
+    return str(data_table("logging")["made_of"].get(source, source))
+
+
 def mavlink_meaning(
     message: str,
     field: str,

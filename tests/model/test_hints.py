@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from fdi.model import load_airframe
-from fdi.model.hints import setting_of, would_test
+from fdi.model.hints import recorded_as, setting_of, would_test
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.placement import place
 from fdi.telemetry import read
@@ -32,9 +32,32 @@ def test_a_missing_message_of_the_component_itself_would_test_it(flight):
 
 def test_of_several_missing_messages_all_are_named_that_are_needed(flight):
     """Outputs bring the motors; nothing else that is missing is asked for."""
-    log = without(flight, "SERVO_OUTPUT_RAW", "VIBRATION", "WIND")
+    log = without(flight, "SERVO_OUTPUT_RAW", "MOTORS", "VIBRATION", "WIND")
     words = would_test("motor_1", load_airframe("quadcopter"), log)
     assert words == "SERVO_OUTPUT_RAW at 2 Hz or more would test it (SRn_RC_CHAN)"
+
+
+def test_what_could_not_be_made_of_a_message_is_no_lack_of_it(flight):
+    """Outputs whose wiring is not known are not known better for being sent again."""
+    log = without(flight, "MOTORS")
+    assert would_test("motor_1", load_airframe("quadcopter"), log) == ""
+    (line,) = (x for x in load_airframe("quadcopter").observe(log).warnings if "motor" in x)
+    assert line.startswith("SERVO_OUTPUT_RAW in this log shows no motor_1: ")
+
+
+def test_outputs_that_are_lacking_are_told_as_they_are_recorded(flight):
+    log = without(flight, "MOTORS", "SERVO_OUTPUT_RAW")
+    placement = place(load_airframe("quadcopter"), log)
+    assert {g.setting for g in placement.gains if g.name == "SERVO_OUTPUT_RAW"} == {"SRn_RC_CHAN"}
+    assert "MOTORS" not in placement.candidates
+    lines = load_airframe("quadcopter").observe(log).warnings
+    assert any(x.startswith("no SERVO_OUTPUT_RAW in this log (motor_1") for x in lines)
+
+
+def test_outputs_that_come_too_seldom_are_told_as_they_are_recorded(flight):
+    log = replace(flight, format="dataflash")
+    assert setting_of("MOTORS", log) == "LOG_BITMASK, RC output, bit 10"
+    assert recorded_as("MOTORS", log) == "RCOU"
 
 
 def test_what_changes_slowly_may_come_at_any_rate(flight):

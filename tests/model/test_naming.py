@@ -62,6 +62,7 @@ def test_motors_of_betaflight_order_begin_at_the_rear():
         told("quad", "ardupilot"),
         told("quad", "ardupilot", FRAME=10),  # Y6
         told("quad", "ardupilot", FRAME_CLASS=7, FRAME_TYPE=1),  # tricopter
+        told("quad", "ardupilot", FRAME_CLASS=2, FRAME_TYPE=1),  # of six motors
         told("quad", "px4"),
         told("plane", "px4", SYS_AUTOSTART=2100),
         told("quad", "other", FRAME_CLASS=1, FRAME_TYPE=1),
@@ -78,26 +79,21 @@ def test_positions_of_rotors_tell_the_place():
     assert places(log, 4) == X
 
 
-def test_place_is_that_of_the_motor_on_the_output():
-    swapped = {"SERVO1_FUNCTION": 34.0, "SERVO2_FUNCTION": 33.0}
-    log = told("quad", "ardupilot", FRAME_CLASS=1, FRAME_TYPE=1, **swapped)
-    assert places(log, 4) == ["rear left", "front right", "front left", "rear right"]
-
-
-def test_outputs_by_motor_need_no_functions_of_outputs():
-    frame = {"SYS_AUTOSTART": 4001.0, "PWM_MAIN_FUNC1": 102.0}
-    assert place_of("motor_1", told("quad", "px4", **frame)) == "rear left"
-    assert place_of("motor_1", told("quad", "px4", ("actuator_motors",), **frame)) == "front right"
-
-
 @pytest.mark.parametrize(
-    ("function", "place"),
-    [(101.0, "front right"), (104.0, "rear right"), (112.0, ""), (113.0, "front left")],
+    "wiring", [{"SERVO1_FUNCTION": 34.0, "SERVO2_FUNCTION": 33.0}, {"SERVO9_FUNCTION": 33.0}]
 )
-def test_an_output_is_of_the_motor_that_its_function_says_and_else_of_its_own(function, place):
-    """PX4's functions 101 to 112 are motors 1 to 12; a quadcopter has four."""
-    frame = {"SYS_AUTOSTART": 4001.0, "PWM_MAIN_FUNC3": function}
-    assert place_of("motor_3", told("quad", "px4", **frame)) == place
+def test_place_is_that_of_the_motor_whatever_output_drives_it(wiring):
+    log = told("quad", "ardupilot", FRAME_CLASS=1, FRAME_TYPE=1, **wiring)
+    assert places(log, 4) == X
+    log = told("quad", "px4", SYS_AUTOSTART=4001, PWM_MAIN_FUNC1=102.0)
+    assert places(log, 5) == [*X, ""]
+
+
+def test_motors_of_an_octocopter_are_beside_the_nose_alike():
+    """Halfway between two directions, left and right are told the same way."""
+    log = told("octa", "ardupilot", FRAME_CLASS=3, FRAME_TYPE=1)
+    beside = ["front right", "rear left", "front right", "rear right"]
+    assert places(log, 8) == [*beside, "front left", "rear left", "front left", "rear right"]
 
 
 def test_what_is_no_motor_has_no_place():

@@ -11,7 +11,7 @@ import fdi
 from fdi.model import load_airframe
 from fdi.model.parameters import value_of
 from fdi.residuals import Differentiation, build_bank
-from fdi.telemetry import Channel, Sampling
+from fdi.telemetry import Sampling
 
 TEXT = """format: 1
 name: small
@@ -140,16 +140,6 @@ def test_without_a_log_every_test_counts_as_possible(small):
     system = small.observe()
     assert {"l_1", "e_1", "l_2"} <= {e.name for e in system.equations}
     assert not system.warnings
-
-
-def test_motors_span_the_stick_where_their_own_range_is_not_set(log):
-    """ArduCopter to 4.0: MOT_PWM_MIN = MOT_PWM_MAX = 0 means the range of the throttle stick."""
-    parameters = {"MOT_PWM_MIN": 0.0, "MOT_PWM_MAX": 0.0, "RC3_MIN": 1100.0, "RC3_MAX": 1900.0}
-    system = load_airframe("quadcopter").observe(with_parameters(log, **parameters))
-    asked = {str(r.channel): r for r in system.channels}
-    signals = log.signals([asked["SERVO_OUTPUT_RAW.servo1_raw"]])
-    column = signals.columns[Channel.parse("SERVO_OUTPUT_RAW.servo1_raw")]
-    assert np.nanmax(column) == pytest.approx((1600 - 1100) / 800)
 
 
 @pytest.mark.parametrize("case", shared("crash/motor2_lost.bin"))

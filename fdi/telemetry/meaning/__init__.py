@@ -9,7 +9,15 @@ motors.py    which motor every output of a multicopter drives
 """
 
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
-from fdi.telemetry.meaning.motors import unwired, with_motors
+from fdi.telemetry.meaning.motors import MOTORS, unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
 
-__all__ = ["as_ardupilot", "as_mavlink", "origin", "unwired", "with_motors", "with_outputs"]
+__all__ = [
+    "MOTORS",
+    "as_ardupilot",
+    "as_mavlink",
+    "origin",
+    "unwired",
+    "with_motors",
+    "with_outputs",
+]

@@ -36,7 +36,7 @@ from fdi.telemetry.message import Column, Message
 from fdi.telemetry.motors import ROTORS
 from fdi.units import Conversion
 
-NAME: Final = "MOTORS"
+MOTORS: Final = "MOTORS"
 _SERVOS: Final = "SERVO_OUTPUT_RAW"
 _BY_MOTOR: Final = "actuator_motors"
 _SECOND: Final = "actuator_outputs[1]"
@@ -48,10 +48,12 @@ _FUNCTIONS: Final = {
     "ardupilot": ("SERVO{}_FUNCTION", "RC{}_FUNCTION"),
     "px4": ("PWM_MAIN_FUNC{}", _AUX, _HIL),
 }
-_MOTORS: Final[Mapping[str, Mapping[float, int]]] = {
+_NUMBERS: Final[Mapping[str, Mapping[float, int]]] = {
     "ardupilot": {33.0 + i: 1 + i for i in range(8)} | {82.0 + i: 9 + i for i in range(4)},
     "px4": {101.0 + i: 1 + i for i in range(12)},
 }
+_ENDS: Final = ("MIN", "MAX")
+_UNSET: Final = {"ardupilot": (0.0,), "px4": (0.0, -1.0)}
 _DIGITAL: Final = (4.0, 5.0, 6.0, 7.0)  # MOT_PWM_TYPE: DShot150 to DShot1200
 
 Messages = Mapping[str, Message]
@@ -88,7 +90,7 @@ def with_motors(
         As in `Log`.
     """
     known = dict(messages)
-    if vehicle not in ROTORS or NAME in known or _SERVOS not in known:
+    if vehicle not in ROTORS or MOTORS in known or _SERVOS not in known:
         return known
     base, field = known[_SERVOS], "servo{}_raw"
     wiring = wiring_of(messages, parameters, autopilot, vehicle)
@@ -104,20 +106,20 @@ def with_motors(
         if column is not None and low < high:
             columns[f"motor_{motor}"] = _share(column, low, high)
     told = base.made_from or base.key
-    made = replace(base, name=NAME, instance=None, columns=columns, made_from=told, _cache={})
-    return dict(sorted({**known, NAME: made}.items())) if columns else known
+    made = replace(base, name=MOTORS, instance=None, columns=columns, made_from=told, _cache={})
+    return dict(sorted({**known, MOTORS: made}.items())) if columns else known
 
 
 def unwired(
     messages: Messages, parameters: Parameters, autopilot: str, vehicle: str
 ) -> Iterator[str]:
-    """Yield one sentence for everything that keeps motors out of ``MOTORS``.
+    """Yield a sentence for all that keeps motors out of ``MOTORS``, and for what is assumed.
 
     Examples
     --------
     >>> told = {"SERVO1_FUNCTION": 33.0, "SERVO5_FUNCTION": 33.0}
-    >>> list(unwired({}, told, "ardupilot", "quad"))
-    ['SERVO1_FUNCTION and SERVO5_FUNCTION are both motor 1: nothing is said of what it is given']
+    >>> next(unwired({}, told, "ardupilot", "quad"))
+    'SERVO1_FUNCTION and SERVO5_FUNCTION are both motor 1: nothing is said of what it is given'
     """
     if vehicle not in ROTORS:
         return
@@ -129,14 +131,23 @@ def unwired(
             yield f"{names} are {how} motor {motor}: nothing is said of what it is given"
         elif not outputs:
             yield f"no output is motor {motor}: nothing is said of what it is given"
-    for output in sorted({each[0] for each in wiring.outputs.values() if len(each) == 1}):
+    driven = sorted({each[0] for each in wiring.outputs.values() if len(each) == 1}) or [1]
+    for output in driven:
         low, high = range_of(messages, parameters, autopilot, wiring.pattern, output)
         if not low < high:
             yield (
-                f"motors are driven from {low:g} to {high:g} us, which is no range: "
-                "nothing is said of what they are given"
+                f"output {output} drives its motor from {low:g} to {high:g} us, which is no range: "
+                "nothing is said of what it is given"
             )
-            return
+    asked = _range_names(messages, parameters, autopilot, wiring.pattern, driven[0])
+    ends = zip(_ENDS, _USUAL_US, strict=True)
+    assumed = [
+        f"{asked[0].format(end)} {usual:g} us"
+        for end, usual in ends
+        if asked and not any(name.format(end) in parameters for name in asked)
+    ]
+    if assumed:
+        yield f"not in this log, so assumed: {', '.join(assumed)}"
 
 
 def wiring_of(messages: Messages, parameters: Parameters, autopilot: str, vehicle: str) -> Wiring:
@@ -145,7 +156,7 @@ def wiring_of(messages: Messages, parameters: Parameters, autopilot: str, vehicl
     own = Wiring("", {motor: (motor,) for motor in motors})
     if autopilot == "px4" and _BY_MOTOR in messages:
         return own
-    numbers = _MOTORS.get(autopilot, {})
+    numbers = _NUMBERS.get(autopilot, {})
     for pattern in _patterns(parameters, autopilot):
         told = {n: parameters.get(pattern.format(n), 0.0) for n in _OUTPUTS}
         if not any(function in numbers for function in told.values()):
@@ -162,19 +173,27 @@ def range_of(
     messages: Messages, parameters: Parameters, autopilot: str, pattern: str, output: int
 ) -> tuple[float, float]:
     """Return which pulse widths of an output are no power and all of it, us."""
-    simulated = _BY_MOTOR in messages or parameters.get("SYS_HITL") or pattern == _HIL
+    low, high = _USUAL_US
+    for name in reversed(_range_names(messages, parameters, autopilot, pattern, output)):
+        ends = (parameters.get(name.format(end), nan) for end in _ENDS)
+        low, high = (
+            told if isfinite(told) and told not in _UNSET[autopilot] else end
+            for told, end in zip(ends, (low, high), strict=True)
+        )
+    return low, high
+
+
+def _range_names(
+    messages: Messages, parameters: Parameters, autopilot: str, pattern: str, output: int
+) -> tuple[str, ...]:
+    """Return how the parameters are called that tell the range, those that count first."""
     if autopilot == "ardupilot" and parameters.get("MOT_PWM_TYPE") not in _DIGITAL:
-        names, unset = ["MOT_PWM_{}", "RC3_{}"], [0.0]
-    elif autopilot == "px4" and not simulated:
-        bank = "PWM_AUX_{}" if pattern == _AUX else "PWM_MAIN_{}"
-        names, unset = [f"{bank}{output}", bank, "PWM_{}"], [0.0, -1.0]
-    else:
-        return _USUAL_US
-    ends = []
-    for end, usual in zip(("MIN", "MAX"), _USUAL_US, strict=True):
-        told = [parameters.get(name.format(end), nan) for name in names]
-        ends.append(next((v for v in told if isfinite(v) and v not in unset), usual))
-    return ends[0], ends[1]
+        return ("MOT_PWM_{}", "RC3_{}")
+    simulated = _BY_MOTOR in messages or parameters.get("SYS_HITL") or pattern == _HIL
+    if autopilot != "px4" or simulated:
+        return ()
+    bank = "PWM_AUX_{}" if pattern == _AUX else "PWM_MAIN_{}"
+    return (f"{bank}{output}", bank, "PWM_{}")
 
 
 def _patterns(parameters: Parameters, autopilot: str) -> tuple[str, ...]:
