@@ -196,8 +196,10 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
         draft.units[name] = None
         draft.units[name] = dimension(entry.unit)
         value = entry.value if entry.identify is None else entry.identify.prior
-        if value is None and not entry.log:
+        if value is None and not entry.log and not entry.frame:
             raise ModelError("has neither a value nor anything to identify, nor is it in the log")
+        if entry.frame and (entry.log or entry.world or entry.identify or entry.value is not None):
+            raise ModelError("is told by the frame, and by nothing else")
         return Parameter(
             name,
             value,
@@ -206,6 +208,7 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
             tuple(_sources(entry.log)),
             entry.identify.bounds if entry.identify else None,
             entry.world,
+            entry.frame,
         )
     return None
 

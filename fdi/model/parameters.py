@@ -4,7 +4,8 @@ In: the parameters of an airframe and a log. Out: their values, and sentences fo
 not hold. A source is a parameter of the log; those of one quantity are asked in their order
 (``log:`` in a model file). What means "not set" there (often 0 or -1) is passed over. Where no
 source says anything, the model's own value holds; where it has none, the parameter is unknown, NaN,
-and with it whatever needs it: a limit that the vehicle did not set is no test.
+and with it whatever needs it: a limit that the vehicle did not set is no test. Where the motors
+stand is told by the frame alone (``frame:``), and otherwise as unknown.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from fdi.model.parts import Equation, Measurement, Parameter, Source
 from fdi.model.system import ParameterValue
 from fdi.model.world import world_value
 from fdi.telemetry import Log
+from fdi.telemetry.motors import motors_of
 
 
 def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
@@ -30,8 +32,18 @@ def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
         # A default would be wrong nearly everywhere: what the place and day do not tell is unknown.
         world = world_value(parameter.world, log)
         return ParameterValue(nan if world is None else world, parameter.unit, "log")
+    if parameter.frame and log:
+        return ParameterValue(_of_frame(parameter.frame, log), parameter.unit, "log")
     own = nan if parameter.value is None else parameter.value
     return ParameterValue(own, parameter.unit, "default")
+
+
+def _of_frame(factor: str, log: Log) -> float:
+    """Return ``roll_3`` and the like of the motors of a log, NaN where it does not tell."""
+    axis, _, number = factor.partition("_")
+    motors = motors_of(log.parameters, log.autopilot, log.vehicle)
+    told = (getattr(motor, axis) for motor in motors if motor.number == int(number))
+    return float(next(told, nan))
 
 
 def _asked(parameter: Parameter, log: Log | None) -> list[Source]:
@@ -53,7 +65,8 @@ def without_unset(
 
     What only such an equation determines is not known either: what needs it goes with it.
     """
-    values = {name: value_of(p, log).value for name, p in parameters.items() if p.sources}
+    told_by_log = {name: p for name, p in parameters.items() if p.sources or p.frame}
+    values = {name: value_of(p, log).value for name, p in told_by_log.items()}
     needing = {
         name: _needing(name, equations)
         for name in values
@@ -73,6 +86,13 @@ def without_unset(
             told.append(
                 f"{reason} {', '.join(names)}: without the tests of {', '.join(whom)} that need it"
             )
+    of_frame = [e for name, without in needing.items() if parameters[name].frame for e in without]
+    if of_frame:
+        whom = dict.fromkeys(e.component for e in of_frame if e.component)
+        told.append(
+            "this log does not tell where the motors stand and which way they turn: without the "
+            f"tests{' of ' * bool(whom)}{', '.join(whom)} that need it"
+        )
     return [e for e in equations if e not in gone], told
 
 

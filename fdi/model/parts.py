@@ -115,7 +115,8 @@ class Parameter:
     """A known constant, taken from the first of its ``sources`` in the log that is set.
 
     ``value`` is None where it is unknown without them. ``world`` names a quantity of the place and
-    day of the flight (see ``world.py``).
+    day of the flight (see ``world.py``), ``frame`` what a motor does to the vehicle: ``roll_3`` is
+    the roll factor of motor 3 (see `fdi.telemetry.motors`).
     """
 
     name: str
@@ -125,6 +126,7 @@ class Parameter:
     sources: tuple[Source, ...] = ()
     bounds: tuple[float, float] | None = None
     world: str | None = None
+    frame: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,10 @@ Clause = Annotated[str, StringConstraints(pattern=r"^[^_<>=\n]{0,69}[^_<>=\n.]$"
 """What is so where a statement is violated, to stand behind the name of a component."""
 
 
+FrameFactor = Annotated[str, StringConstraints(pattern=r"^(roll|pitch|yaw)_([1-9]|1[0-2])$")]
+"""A factor of a motor: ``roll_3``."""
+
+
 def _known_group(value: str) -> str:
     if value not in GROUPS:
         raise ValueError(f"no group {value!r}; there are {', '.join(GROUPS)}")
@@ -96,6 +100,7 @@ class ParameterEntry(_Entry):
     log: Annotated[list[LogParameter], BeforeValidator(_one_or_many)] = []
     identify: Identify | None = None
     world: Literal["magnetic_declination", "magnetic_strength"] | None = None
+    frame: FrameFactor | None = None
     description: str = ""
 
 

@@ -8,7 +8,9 @@ from flights import shared
 from telemetry.build import Flight, mav, record
 
 import fdi
+from fdi.errors import ModelError
 from fdi.model import load_airframe
+from fdi.model.codec import decode, encode
 from fdi.model.parameters import value_of
 from fdi.residuals import Differentiation, build_bank
 from fdi.telemetry import Sampling
@@ -165,3 +167,91 @@ def test_step_is_the_time_between_the_records_that_a_test_reads(tmp_path):
         bank = build_bank(system, "mtes+cross_checks")
         values = bank.evaluate(signals, Differentiation()).values
         assert bool(np.isfinite(values).any()) is is_known
+
+
+FRAME = """format: 1
+name: framed
+description: ""
+for: {i: [1, 2, 3, 4]}
+components: {rotors: {group: propulsion}, power: {group: power}}
+variables:
+  u_{i}: {unit: "1"}
+  roll: {unit: "1"}
+  yaw: {unit: "1"}
+  voltage: {unit: V}
+parameters:
+  r_{i}: {unit: "1", frame: "roll_{i}"}
+  y_{i}: {unit: "1", frame: "yaw_{i}"}
+equations:
+  rol: {text: "roll = r_1*u_1 + r_2*u_2 + r_3*u_3 + r_4*u_4", solves: [roll], component: rotors}
+  yaw: {text: "yaw = y_1*u_1 + y_2*u_2 + y_3*u_3 + y_4*u_4", solves: [yaw], component: rotors}
+limits:
+  tilts: {variable: roll, max: 1, component: rotors}
+  turns: {variable: yaw, max: 1, component: rotors}
+  low: {variable: voltage, min: 9, component: power}
+inputs:
+  MOTORS:
+    fields:
+      motor_{i}: {variable: "u_{i}"}
+measurements:
+  SYS_STATUS: {fields: {voltage_battery: {variable: voltage}}}
+"""
+X = {"FRAME_CLASS": 1.0, "FRAME_TYPE": 1.0}
+
+
+@pytest.fixture
+def framed(tmp_path):
+    path = tmp_path / "framed.yaml"
+    path.write_text(FRAME, encoding="utf-8")
+    return load_airframe(path)
+
+
+def test_a_parameter_takes_its_value_from_the_frame(framed, log):
+    system = framed.observe(with_parameters(log, **X))
+    values = {name: parameter.value for name, parameter in system.parameters.items()}
+    assert [values[f"r_{i}"] for i in (1, 2, 3, 4)] == [-1, 1, 1, -1]
+    assert [values[f"y_{i}"] for i in (1, 2, 3, 4)] == [1, 1, -1, -1]
+    assert {"tilts", "turns", "rol", "yaw"} <= {e.name for e in system.equations}
+    assert not [w for w in system.warnings if "motors stand" in w]
+
+
+def test_where_the_frame_is_unknown_what_needs_it_is_left_out_and_told(framed, log):
+    system = framed.observe(with_parameters(log, FRAME_CLASS=15.0, FRAME_TYPE=1.0))
+    assert {e.name for e in system.equations} & {"tilts", "turns", "rol", "yaw", "low"} == {"low"}
+    assert (
+        "this log does not tell where the motors stand and which way they turn: without the tests "
+        "of rotors that need it" in system.warnings
+    )
+
+
+def test_where_only_the_turn_is_unknown_the_rest_is_tested(framed, log):
+    at = {"PX": (1, -1, 1, -1), "PY": (1, -1, -1, 1)}
+    places = {f"CA_ROTOR{n}_{k}": float(at[k][n]) for n in range(4) for k in at}
+    told = replace(with_parameters(log, CA_ROTOR_COUNT=4.0, **places), autopilot="px4")
+    names = {e.name for e in framed.observe(told).equations}
+    assert {"tilts", "rol"} <= names
+    assert not {"turns", "yaw"} & names
+
+
+def test_without_a_log_the_frame_is_unknown_and_every_test_possible(framed):
+    assert {"tilts", "turns"} <= {e.name for e in framed.observe().equations}
+
+
+@pytest.mark.parametrize("entry", ["roll_0", "roll_13", "lift_1", "roll_01", "roll"])
+def test_what_a_frame_does_not_have_is_refused(tmp_path, entry):
+    path = tmp_path / "bad.yaml"
+    path.write_text(FRAME.replace("roll_{i}", entry), encoding="utf-8")
+    with pytest.raises(ModelError, match="frame"):
+        load_airframe(path)
+
+
+def test_a_frame_takes_no_other_source(tmp_path):
+    path = tmp_path / "bad.yaml"
+    path.write_text(FRAME.replace('"roll_{i}"', '"roll_{i}", value: 0'), encoding="utf-8")
+    with pytest.raises(ModelError, match="is told by the frame, and by nothing else"):
+        load_airframe(path)
+
+
+def test_a_parameter_of_the_frame_is_kept_with_the_model(framed):
+    again = decode(type(framed), encode(framed))
+    assert again.parameters["r_3"].frame == "roll_3"
