@@ -16,6 +16,7 @@ from fdi.telemetry.catalogue import data_table
 
 _TEXT: Final = re.compile(r"Frame: ([A-Z0-9_]+)")
 _ROTORS: Final = ("quad", "hexa", "octa")
+_MOST: Final = 32  # rotors; a count above is none (PX4 knows twelve)
 
 
 class Frame(NamedTuple):
@@ -77,9 +78,10 @@ def _px4(by_type: Frame, values: Mapping[str, float]) -> Frame:
     for low, high, name in table["autostart"]:
         if low <= number < high:
             return Frame("other", name)
-    rotors = round(values.get("CA_ROTOR_COUNT", 0))
-    if by_type.vehicle not in _ROTORS or values.get("CA_AIRFRAME", 0) or rotors <= 0:
+    count = values.get("CA_ROTOR_COUNT", 0)
+    if by_type.vehicle not in _ROTORS or values.get("CA_AIRFRAME", 0) or not 0 < count <= _MOST:
         return by_type
+    rotors = round(count)
     places = {(values.get(f"CA_ROTOR{i}_PX"), values.get(f"CA_ROTOR{i}_PY")) for i in range(rotors)}
     if len(places) < rotors and (None, None) not in places:
         return Frame("other", f"coaxial copter with {rotors} rotors")

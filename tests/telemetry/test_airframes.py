@@ -60,6 +60,9 @@ RING = [(math.cos(math.pi * i / 3), math.sin(math.pi * i / 3)) for i in range(6)
         ("hexa", rotors(*RING[::2], *RING[::2]), ("other", "coaxial copter with 6 rotors")),
         ("quad", rotors(*RING[:5]), ("other", "copter with 5 rotors")),
         ("hexa", {"CA_ROTOR_COUNT": 6.0}, ("hexa", "")),
+        ("quad", {"CA_ROTOR_COUNT": math.nan}, ("quad", "")),
+        ("quad", {"CA_ROTOR_COUNT": math.inf}, ("quad", "")),
+        ("quad", {"CA_ROTOR_COUNT": 1e30}, ("quad", "")),
         ("vtol", rotors(*RING[:4]), ("vtol", "")),
     ],
 )
