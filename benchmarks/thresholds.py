@@ -25,9 +25,9 @@ from evaluation import LABELS, add_options, closed_loop, missing, put
 import fdi
 from fdi.decision import load_policy
 from fdi.decision.bounds import learn
-from fdi.decision.noise import reference_mask
 from fdi.errors import FdiError
 from fdi.evaluation import load_labels
+from fdi.telemetry.airtime import reference_mask
 
 COMMAND: Final = "benchmarks/thresholds.py --write"
 MOST: Final = 8.0

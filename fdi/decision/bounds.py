@@ -15,10 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.noise import (
-    airborne_mask,
     centres,
-    reference_mask,
-    settled_mask,
     spread_factors,
     trailing_mean,
 )
@@ -28,6 +25,7 @@ from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.model.system import System
 from fdi.residuals import Bank, Generator, Residuals
+from fdi.telemetry.airtime import airborne_mask, reference_mask, settled_mask
 
 CLIP: Final = 5.0
 """Standard deviations; more in one sample counts as much in a mean."""

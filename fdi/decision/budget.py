@@ -22,12 +22,11 @@ from fdi.decision.alarms import Alarms, Use
 from fdi.decision.bounds import Bounds, learn
 from fdi.decision.critical import critical_scales
 from fdi.decision.judging import judge
-from fdi.decision.noise import airborne_mask
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.resampling import NoiseModel, fit_noise
 from fdi.model.evaluate import Floats
 from fdi.residuals import Residuals
-from fdi.telemetry.airtime import when_in_air
+from fdi.telemetry.airtime import airborne_mask, when_in_air
 
 SEED: Final = 0
 SAMPLES: Final = 16_384

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from fdi.decision.bounds import Bounds, key_of
 from fdi.decision.critical import critical_scales, least_of
 from fdi.decision.judging import SOONER
-from fdi.decision.noise import reference_mask
 from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.model.evaluate import Floats
 from fdi.residuals import Residuals
+from fdi.telemetry.airtime import reference_mask
 
 MARGIN: Final = 1.25
 """A threshold stands so far above the most that healthy flights have reached."""

@@ -14,39 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
-from fdi.telemetry import Signals
-from fdi.telemetry.airtime import SETTLING_S
 from fdi.windows import trailing_sum
 
 GAUSSIAN_90: float = 1.645
 """90 % of a standard normal variable lie within this many standard deviations."""
-
-
-def airborne_mask(signals: Signals) -> NDArray[np.bool_]:
-    """Return where the vehicle flies; everywhere if it never does."""
-    flying = np.asarray(signals.state.airborne, dtype=bool)
-    return flying if flying.any() else np.ones(len(signals.t), dtype=bool)
-
-
-def settled_mask(signals: Signals) -> NDArray[np.bool_]:
-    """Return where the vehicle flies and filters have settled after take-off."""
-    flying = airborne_mask(signals)
-    for flight in signals.flights:
-        start = flight.start if flight.takeoff is None else flight.takeoff
-        flying = flying & ~((signals.t >= start) & (signals.t < start + SETTLING_S))
-    return np.asarray(flying)
-
-
-def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
-    """Return the stretch from which offsets are taken: the first seconds in the air, settled."""
-    flying = airborne_mask(signals)
-    if not len(flying):
-        return flying
-    first = signals.t[np.argmax(flying)]
-    # a window of a flight may begin long after its take-off
-    begins = [flight.airborne[0] for flight in signals.flights if flight.airborne[0] <= first]
-    start = max(first, max(begins, default=first) + SETTLING_S)
-    return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))
 
 
 def centres(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> Floats:

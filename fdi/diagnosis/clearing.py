@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.decision.noise import reference_mask
 from fdi.diagnosis.values import RuledOut, WouldShow
 from fdi.model.evaluate import Floats, evaluate, wrap
 from fdi.model.expression import Apply, Expression, Number
@@ -34,7 +33,7 @@ from fdi.model.parts import Kind
 from fdi.model.system import Fault
 from fdi.residuals import Bank
 from fdi.residuals.respond import Stretch, reached, stretch
-from fdi.telemetry.airtime import time_in_air, when_in_air
+from fdi.telemetry.airtime import reference_mask, time_in_air, when_in_air
 from fdi.units import customary, two_digits
 
 KNOWN_SHARE: Final = 0.8

@@ -1,4 +1,4 @@
-"""When may what a flight shows accuse? The time in the air, flight by flight.
+"""When does a vehicle fly, has settled, may be accused? The time in the air, flight by flight.
 
 In: signals or a flight. Out: from when to when, s of the log's clock. Between take-off and landing,
 and never after an impact, or on its back: what breaks then is no cause.
@@ -42,3 +42,30 @@ def when_in_air(signals: Signals) -> NDArray[np.bool_]:
     for start, end in time_in_air(signals):
         air |= (signals.t >= start) & (signals.t < end)
     return air
+
+
+def airborne_mask(signals: Signals) -> NDArray[np.bool_]:
+    """Return where the vehicle flies; everywhere if it never does."""
+    flying = np.asarray(signals.state.airborne, dtype=bool)
+    return flying if flying.any() else np.ones(len(signals.t), dtype=bool)
+
+
+def settled_mask(signals: Signals) -> NDArray[np.bool_]:
+    """Return where the vehicle flies and filters have settled after take-off."""
+    flying = airborne_mask(signals)
+    for flight in signals.flights:
+        start = flight.start if flight.takeoff is None else flight.takeoff
+        flying = flying & ~((signals.t >= start) & (signals.t < start + SETTLING_S))
+    return np.asarray(flying)
+
+
+def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
+    """Return the stretch from which offsets are taken: the first seconds in the air, settled."""
+    flying = airborne_mask(signals)
+    if not len(flying):
+        return flying
+    first = signals.t[np.argmax(flying)]
+    # a window of a flight may begin long after its take-off
+    begins = [flight.airborne[0] for flight in signals.flights if flight.airborne[0] <= first]
+    start = max(first, max(begins, default=first) + SETTLING_S)
+    return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))

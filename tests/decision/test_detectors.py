@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.judging import persistent
-from fdi.decision.noise import airborne_mask, reference_mask, trailing_mean
+from fdi.decision.noise import trailing_mean
 from fdi.model.parts import Kind
+from fdi.telemetry.airtime import airborne_mask, reference_mask
 
 from .build import DEFAULT as SHIPPED
 from .build import PAPER, RATE, flown, residuals, signals
