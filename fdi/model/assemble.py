@@ -20,6 +20,7 @@ from fdi.model.expression import (
     OVER_A_WHILE,
     OVER_RECORDS,
     OVER_TIME,
+    SAMPLED,
     Apply,
     Expression,
     Number,
@@ -396,7 +397,8 @@ def _check_over_time(of: Measurement, *, is_over: bool) -> None:
     for name in sorted(used["value"] - allowed):
         place = "equations" if name not in OVER_RECORDS else f"the value of FIELD{OVER}"
         raise ModelError(f"{name}(...) is for {place}")
-    for name in sorted(used["when"] | used["reported"]):
+    told = {SAMPLED} if is_over else set()
+    for name in sorted(used["when"] | used["reported"] - told):
         raise ModelError(f"{name}(...) cannot stand in a condition or in what is reported")
     if is_over and not used["value"] & OVER_A_WHILE:
         raise ModelError("needs a value with change(x, seconds) or integral(x, seconds)")
@@ -410,6 +412,8 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
     draft.watched[name] = Equation(
         f"{of.channel}:frozen",
         Kind.LIMIT,
+    if SAMPLED in used["value"]:
+        raise ModelError(f"{SAMPLED}(...) tells an accuracy: it is for what is reported")
         f"{of.channel} changes within {longest:g} s",
         Apply("max", (Apply("-", (Symbol(name), Number(longest))), Number(0.0))),
         Number(0.0),

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
 
-from fdi.model.expression import CONSTANTS, Expression, symbols
+from fdi.model.expression import CONSTANTS, SAMPLED, Apply, Expression, symbols, walk
 from fdi.telemetry import Channel
 
 STATES: Final = frozenset(
@@ -266,6 +266,14 @@ class Measurement:
 
 
 def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:
+    @property
+    def is_sampled(self) -> bool:
+        """Return whether what is reported is how well records stand for the while between them."""
+        told = self.reported
+        return told is not None and any(
+            isinstance(node, Apply) and node.operator == SAMPLED for node in walk(told)
+        )
+
     """Return the message fields that a measurement reads; a parameter of the model is none."""
     own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
     condition = symbols(measurement.when) if measurement.when else ()

@@ -20,6 +20,8 @@ Column = NDArray[Any]
 FEW_RECORDS: Final = 6
 RECENT_S: Final = 3.0
 """The last seconds: longer than a command needs to change, shorter than a vehicle takes to."""
+WILD: Final = 1e100
+"""Squares of more are none."""
 GAP_PERIODS: Final = 3.0
 GAP_S: Final = 1.0
 """A gap is longer than both: nothing is known of what lies in it."""
@@ -95,6 +97,40 @@ def integral(t: Column, values: Column, seconds: float) -> Floats:
     part = (at[first] - before) * (np.interp(before, at, own) + own[first]) / 2
     total = np.where(first < place, whole, 0.0) + part
     found[known] = np.where(before >= ended, total, np.nan)
+    return found
+
+
+def sampled(t: Column, values: Column, seconds: float) -> Floats:
+    """Return how well a mean over the last seconds is known from these records, one sigma.
+
+    A record tells of the time up to the next one only as far as the quantity keeps to a line in
+    between, which is told by how far each lies off the line through its two neighbours: of values
+    that scatter by sigma that is 1.5 sigma**2, squared and on average. Unknown where a gap lies on
+    the way.
+
+    Examples
+    --------
+    >>> sampled(np.arange(5.0), np.array([0.0, 2.0, 4.0, 6.0, 8.0]), 3.0).tolist()
+    [nan, nan, nan, 0.0, 0.0]
+    >>> sampled(np.arange(5.0), np.array([0.0, 3.0, 0.0, 3.0, 0.0]), 4.0)[-1].round(2).item()
+    1.22
+    """
+    known, at, ended = _records(t, values)
+    found = np.full(len(t), np.nan)
+    if len(at) < 3:
+        return found
+    own = values[known]
+    span = at[2:] - at[:-2]
+    share = np.divide(at[1:-1] - at[:-2], span, out=np.full(len(span), 0.5), where=span > 0)
+    line = (1 - share) * own[:-2] + share * own[2:]
+    off = np.clip(own[1:-1] - line, -WILD, WILD) ** 2 / 1.5
+    off = np.concatenate([[0.0], off, [0.0]])
+    place = np.arange(len(at))
+    # the newest has no neighbour yet: it counts as far off as those before it
+    first = np.minimum(np.searchsorted(at, at - seconds, side="right"), np.maximum(place - 1, 0))
+    before = np.maximum(place - first, 1)
+    error = np.sqrt(sums_between(off, first, np.maximum(place, first + 1)) / before)
+    found[known] = np.where(at - seconds >= ended, error / np.sqrt(before + 1), np.nan)
     return found
 
 

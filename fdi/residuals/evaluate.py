@@ -35,7 +35,7 @@ from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop
 from fdi.residuals.node import Node
 from fdi.residuals.regress import slope
-from fdi.telemetry import Channel, Signals
+from fdi.telemetry import Signals
 
 TIMING_SHARE: Final = 0.25
 """Standard deviation of a record's time as a share of its channel's period (a uniform delay within
@@ -231,7 +231,7 @@ def _channel(node: Node, context: Context) -> Value:
     if not context.spreads:
         return Value(column, effects, spacing=spacing)
     if measurement.accuracy is not None:
-        noise = _noise(column, measurement.channel, measurement.accuracy, circular, context)
+        noise = _noise(column, measurement, circular, context)
         effects["noise", node.equation, 0] = noise
     late = context.signals.late.get(measurement.channel)
     if late:
@@ -258,15 +258,19 @@ def _rate(column: Floats, circular: bool, context: Context) -> Floats:
     return np.asarray(change / context.step, dtype=np.float64)
 
 
-def _noise(
-    column: Floats, channel: Channel, accuracy: float, circular: bool, context: Context
-) -> Floats:
+def _noise(column: Floats, measurement: Measurement, circular: bool, context: Context) -> Floats:
+    channel, accuracy = measurement.channel, measurement.accuracy or 0.0
     rate = np.abs(_rate(column, circular, context))
     # A change shows in the sample before and after it as well: interpolation spreads it.
     around = np.pad(rate, 1)
     rate = np.maximum(rate, np.maximum(around[:-2], around[2:]))
     reported = context.signals.accuracy.get(channel)
-    own = accuracy if reported is None else believed(reported, accuracy, context.beginning)
+    if reported is None:
+        own: Column = np.float64(accuracy)  # type: ignore[assignment]
+    elif measurement.is_sampled:
+        own = np.hypot(accuracy, np.nan_to_num(reported))
+    else:
+        own = believed(reported, accuracy, context.beginning)
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
     noise: Floats = np.hypot(own, timing * rate)
     return noise

@@ -9,10 +9,10 @@ from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Apply, Number, Symbol, parse, to_text
-from fdi.model.records import GAP_S, change, integral, recent, still
+from fdi.model.records import GAP_S, change, integral, recent, sampled, still
 from fdi.telemetry.signals import TIME
 
-FUNCTIONS = (change, integral)
+FUNCTIONS = (change, integral, sampled)
 EACH = pytest.mark.parametrize("function", FUNCTIONS)
 ALL = pytest.mark.parametrize("function", [still, recent, *FUNCTIONS])
 
@@ -82,6 +82,24 @@ def test_integrals_and_changes_are_those_of_the_record_polygon(t, seconds, rando
         assert area[place] == pytest.approx(trapezoids.sum(), abs=1e-9)
 
 
+@given(TIMES, SECONDS, st.floats(-5, 5), st.floats(-3, 3))
+def test_records_on_a_line_leave_nothing_to_doubt(t, seconds, start, slope):
+    found = sampled(t, start + slope * t, seconds)
+    assert np.nan_to_num(found).max() < 1e-6
+
+
+@pytest.mark.parametrize("rate", [4, 10, 50])
+@pytest.mark.parametrize("sigma", [0.1, 2.0])
+def test_the_error_of_a_mean_is_that_of_scattered_records(rate, sigma):
+    """Against means of many whiles of white noise, without a line in them."""
+    t = np.arange(4000 * rate) / rate
+    values = sigma * np.random.default_rng(7).normal(size=len(t)) + 0.3 * t
+    told = sampled(t, values, 1.0)[rate::rate]
+    means = np.array([values[i : i + rate].mean() for i in range(0, len(t), rate)])
+    means = means - 0.3 * t.reshape(-1, rate).mean(axis=1)
+    assert np.sqrt(np.mean(told**2)) == pytest.approx(means.std(), rel=0.05)
+
+
 @EACH
 @given(times=TIMES, lost=st.sets(st.integers(0, 59)))
 def test_unknown_records_are_left_out(function, times, lost):
@@ -130,8 +148,9 @@ def test_a_wild_value_spoils_the_windows_alone_that_hold_it(function, times, pla
     place = min(place, len(times) - 1)
     spoiled = np.where(np.arange(len(times)) == place, wild, values)
     found, expected = of(function, times, spoiled), of(function, times, values)
-    # a window begins between two records, of which it holds both
-    after = times[place + 1] if place + 1 < len(times) else np.inf
+    # a window begins between two records, of which it holds both; a neighbour's line holds it too
+    last = place + (3 if function is sampled else 1)
+    after = times[last] if last < len(times) else np.inf
     holds = (np.arange(len(times)) >= place) & (times - 2.0 < after)
     np.testing.assert_array_equal(found[~holds], expected[~holds])
 
@@ -168,7 +187,7 @@ def test_the_order_of_the_records_does_not_matter(function, times, random):
 def test_records_of_one_moment_do_no_harm(function):
     t = np.repeat(np.arange(20) / 2, 2)
     found = of(function, t, np.ones(len(t)))
-    known = 0.0 if function is change else 2.0
+    known = 2.0 if function is integral else 0.0
     assert np.array_equal(found, np.where(t >= 2, known, np.nan), equal_nan=True)
 
 
@@ -228,6 +247,13 @@ def airframe(folder, old="", new=""):
     return load_airframe(path)
 
 
+def test_how_well_records_stand_for_a_while_is_reported_of_it(tmp_path):
+    new = VALUE.replace("change", "integral") + ', reported: "sampled(airspeed, 20)"'
+    shown = {str(m.channel): m for m in airframe(tmp_path, VALUE, new).measurements}
+    assert shown["VFR_HUD.airspeed:over"].is_sampled
+    assert not shown["VFR_HUD.airspeed"].is_sampled
+
+
 def test_what_is_of_a_while_is_an_input_beside_the_field_itself(tmp_path):
     shown = {str(m.channel): m for m in airframe(tmp_path).measurements}
     made = shown["VFR_HUD.airspeed:over"]
@@ -262,6 +288,8 @@ NO_VALUE = "needs a value with change(x, seconds) or integral(x, seconds)"
         (f'{VALUE}, when: "change(airspeed, 9) > 3"', "change(...) cannot stand in a condition"),
         (f'{VALUE}, when: "still(airspeed) > 3"', "still(...) cannot stand in a condition"),
         (f'{VALUE}, reported: "integral(airspeed, 9)"', "integral(...) cannot stand in"),
+        (f'{VALUE}, when: "sampled(airspeed, 9) > 3"', "sampled(...) cannot stand in a condition"),
+        ('value: "sampled(airspeed, 9)"', "sampled(...) tells an accuracy: it is for what is rep"),
     ],
 )
 def test_what_is_not_of_a_while_is_one_problem_with_its_line(tmp_path, new, said):

@@ -56,3 +56,25 @@ def test_a_report_widens_the_spread_of_every_residual_that_uses_the_channel(tmp_
         assert wider.all() if holds[row] else not wider.any()
     (one,) = reported_accuracies(bank.system, poor)
     assert (one.stated, one.reported, one.used, one.bounded) == (0.3, 0.6, 0.6, 0.0)
+
+
+def test_what_records_do_not_tell_adds_to_the_accuracy_without_bounds(tmp_path):
+    """It is no sensor's own word about itself, and is not told among those."""
+    old = "      climb: {variable: climb, accuracy: 0.4 m/s}\n"
+    new = (
+        '      "climb:over": {variable: climb, accuracy: 0.4 m/s, value: "integral(climb, 1)", '
+        'reported: "sampled(climb, 1)"}\n'
+    )
+    text = GLIDER.replace(old, "inputs:\n  VFR_HUD:\n    fields:\n" + new)
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    columns = truth(50)
+    columns["VFR_HUD.climb:over"] = columns.pop("VFR_HUD.climb")
+    plain = run(bank, columns)
+    climb = next(r.channel for r in bank.system.channels if r.over)
+    rough = replace(plain.signals, accuracy={climb: np.full(50, 9.0)})
+    widened = bank.evaluate(rough, plain.recipe)
+    added = np.sqrt(np.maximum(widened.spread**2 - plain.spread**2, 0.0))
+    known = np.isfinite(plain.values) & (added > 1e-6)
+    assert known.any()
+    assert added[known] == pytest.approx(9.0)
+    assert not reported_accuracies(bank.system, rough)

@@ -8,7 +8,7 @@ import pytest
 from fdi.model.parts import Kind
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.rules import Reason
-from fdi.telemetry import Channel, Signals
+from fdi.telemetry import Signals
 from fdi.telemetry.events import flight_state
 
 from .build import GLIDER, airframe
@@ -19,7 +19,9 @@ RATE = 5.0
 def signals(system, columns, rate=RATE):
     """Signals by hand; the channels' own period is 0, so that times are certain."""
     t = np.arange(len(next(iter(columns.values())))) / rate
-    by_channel = {Channel.parse(name): np.asarray(c, dtype=float) for name, c in columns.items()}
+    named = {request.channel: request.channel for request in system.channels}
+    named |= {str(channel): channel for channel in named}
+    by_channel = {named[name]: np.asarray(c, dtype=float) for name, c in columns.items()}
     assert set(by_channel) == {request.channel for request in system.channels}
     period = dict.fromkeys(by_channel, 0.0)
     return Signals(t, by_channel, period, flight_state(t, (), ()), rate, (), (), {}, "by hand")
