@@ -199,8 +199,8 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
         value = entry.value if entry.identify is None else entry.identify.prior
         if value is None and not entry.log and not entry.frame:
             raise ModelError("has neither a value nor anything to identify, nor is it in the log")
-        if entry.frame and (entry.log or entry.world or entry.identify or entry.value is not None):
-            raise ModelError("is told by the frame, and by nothing else")
+        if entry.frame and (entry.log or entry.world or entry.identify):
+            raise ModelError("is told by the frame, and by nothing else but a value")
         return Parameter(
             name,
             value,

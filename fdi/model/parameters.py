@@ -3,9 +3,10 @@
 In: the parameters of an airframe and a log. Out: their values, and sentences for what the log does
 not hold. A source is a parameter of the log; those of one quantity are asked in their order
 (``log:`` in a model file). What means "not set" there (often 0 or -1) is passed over. Where no
-source says anything, the model's own value holds; where it has none, the parameter is unknown, NaN,
-and with it whatever needs it: a limit that the vehicle did not set is no test. Where the motors
-stand is told by the frame alone (``frame:``), and otherwise as unknown.
+source says anything, the model's own value holds; where it has none, the parameter is unknown,
+NaN, and with it whatever needs it: a limit that the vehicle did not set is no test. Where the
+motors stand is told by the frame (``frame:``); a value counts only where the log names none, not
+where it names one that is not known.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from fdi.model.parts import Equation, Measurement, Parameter, Source
 from fdi.model.system import ParameterValue
 from fdi.model.world import world_value
 from fdi.telemetry import Log
-from fdi.telemetry.motors import motors_of
+from fdi.telemetry.motors import motors_of, names_frame
 
 
 def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
@@ -33,9 +34,15 @@ def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
         world = world_value(parameter.world, log)
         return ParameterValue(nan if world is None else world, parameter.unit, "log")
     if parameter.frame and log:
-        return ParameterValue(_of_frame(parameter.frame, log), parameter.unit, "log")
+        told_by_frame = _of_frame(parameter.frame, log)
+        if not isnan(told_by_frame) or parameter.value is None or _names_frame(log):
+            return ParameterValue(told_by_frame, parameter.unit, "log")
     own = nan if parameter.value is None else parameter.value
     return ParameterValue(own, parameter.unit, "default")
+
+
+def _names_frame(log: Log) -> bool:
+    return names_frame(log.parameters, log.autopilot)
 
 
 def _of_frame(factor: str, log: Log) -> float:
@@ -125,7 +132,13 @@ def assumptions(
         if not any(source.name in log.parameters for source in asked):
             unit = "" if parameter.unit == "1" or asked[0].scale != 1 else f" {parameter.unit}"
             assumed.append(f"{asked[0].name} {parameter.value / asked[0].scale:g}{unit}")
-    return [f"not in this log, so assumed: {', '.join(dict.fromkeys(assumed))}"] if assumed else []
+    told = [f"not in this log, so assumed: {', '.join(dict.fromkeys(assumed))}"] if assumed else []
+    of_frame = [p for name, p in parameters.items() if p.frame and name in used]
+    if log is not None and any(value_of(p, log).source == "default" for p in of_frame):
+        told.append(
+            "this log does not tell the frame, so assumed: motors stand and turn as in the model"
+        )
+    return told
 
 
 def _names(equation: Equation) -> set[str]:

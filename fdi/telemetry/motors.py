@@ -26,6 +26,7 @@ MOST: Final = 12
 _Y6B: Final = 10.0  # FRAME of Copter 3.1 to 3.4, which had no FRAME_CLASS
 _Y6: Final = 5.0
 _CLASSES: Final = {"quad": 1.0, "hexa": 2.0, "octa": 3.0}  # FRAME_CLASS
+_NAMES: Final = ("FRAME_TYPE", "FRAME")
 _DIGITS: Final = 9  # of a factor: -sin(180 degrees) is 0
 
 Parameters = Mapping[str, float]
@@ -80,6 +81,17 @@ def motors_of(parameters: Parameters, autopilot: str, vehicle: str) -> tuple[Mot
     if not 0 < len(rows) <= MOST or len(rows) != ROTORS.get(vehicle, len(rows)):
         return ()
     return _normalised(rows)
+
+
+def names_frame(parameters: Parameters, autopilot: str) -> bool:
+    """Return whether a log names a frame, known or not; PX4 tells every rotor by itself.
+
+    Examples
+    --------
+    >>> names_frame({"FRAME_CLASS": 1.0, "FRAME_TYPE": 99.0}, "ardupilot")
+    True
+    """
+    return autopilot == "ardupilot" and any(name in parameters for name in _NAMES)
 
 
 def _ardupilot(parameters: Parameters, vehicle: str) -> Sequence[Sequence[float]]:

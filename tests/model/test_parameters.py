@@ -11,7 +11,7 @@ import fdi
 from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.codec import decode, encode
-from fdi.model.parameters import value_of
+from fdi.model.parameters import assumptions, value_of
 from fdi.residuals import Differentiation, build_bank
 from fdi.telemetry import Sampling
 
@@ -245,11 +245,36 @@ def test_what_a_frame_does_not_have_is_refused(tmp_path, entry):
         load_airframe(path)
 
 
-def test_a_frame_takes_no_other_source(tmp_path):
+@pytest.mark.parametrize(
+    "other", ["log: {name: ROLL}", "identify: {prior: 0, bounds: [-1, 1], zero: roll}"]
+)
+def test_a_frame_takes_no_other_source(tmp_path, other):
     path = tmp_path / "bad.yaml"
-    path.write_text(FRAME.replace('"roll_{i}"', '"roll_{i}", value: 0'), encoding="utf-8")
-    with pytest.raises(ModelError, match="is told by the frame, and by nothing else"):
+    path.write_text(FRAME.replace('"roll_{i}"', f'"roll_{{i}}", {other}'), encoding="utf-8")
+    with pytest.raises(ModelError, match="is told by the frame, and by nothing else but a value"):
         load_airframe(path)
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "told", "value", "is_assumed"),
+    [
+        ("ardupilot", {}, 0.3, True),
+        ("ardupilot", {"FRAME_CLASS": 1.0, "FRAME_TYPE": 0.0}, 0.0, False),
+        ("ardupilot", {"FRAME_CLASS": 1.0, "FRAME_TYPE": 99.0}, np.nan, False),
+        ("px4", {"SYS_AUTOSTART": 4999.0}, 0.3, True),
+    ],
+)
+def test_a_value_counts_where_the_log_names_no_frame(
+    framed, log, autopilot, told, value, is_assumed
+):
+    """A frame that is named and not known is no reason to take another one."""
+    log = replace(log, autopilot=autopilot, vehicle="quad", parameters=told)
+    parameter = replace(framed.parameters["r_3"], value=0.3)
+    found = value_of(parameter, log)
+    assert found.value == pytest.approx(value, nan_ok=True)
+    assert (found.source == "default") == is_assumed
+    said = assumptions({"r_3": parameter}, framed.equations, (), log)
+    assert bool([line for line in said if "stand and turn as in the model" in line]) == is_assumed
 
 
 def test_a_parameter_of_the_frame_is_kept_with_the_model(framed):
