@@ -50,7 +50,7 @@ def thresholds(path: Path, policy: str = "default") -> Found:
     found = []
     for row, generator in enumerate(residuals.bank.generators):
         own = off[row, reference & np.isfinite(off[row])]
-        bound = bounds.tolerance[row, 0] + bounds.noise[row, reference]
+        bound = bounds.tolerance[row, reference] + bounds.noise[row, reference]
         bound = bound[np.isfinite(bound)]
         if bounds.stated[row] or bounds.unfit[row] or len(own) < 10 or not len(bound):
             continue

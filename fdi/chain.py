@@ -20,6 +20,7 @@ from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.cache import cached_bank
+from fdi.residuals.identify import identified
 from fdi.residuals.latency import Lag, sample
 from fdi.telemetry import Log, Signals
 
@@ -108,10 +109,12 @@ def residuals_of(
             lags=recipe.latencies == "estimated",
             accuracies=recipe.accuracies == "reported",
         )
+    with stage("identify", 0.55):
+        bank = identified(bank, signals, recipe.differentiation)
     with stage("evaluate", 0.6):
         residuals = bank.evaluate(signals, recipe.differentiation)
     silent += tuple(_unknown_methods(airframe, log))
-    return Chain(log, airframe, recipe, system, bank, signals, lags, residuals, silent)
+    return Chain(log, airframe, recipe, bank.system, bank, signals, lags, residuals, silent)
 
 
 def _unknown_methods(airframe: Airframe, log: Log) -> Iterator[str]:

@@ -57,7 +57,7 @@ class Bounds:
         -1 and 1: a residual below and above zero counts only; 0: either.
     stated : (r,) bool
         The model states the bound (limits, equalities): it is not one of noise.
-    tolerance : (r, 1) float
+    tolerance : (r, n) float
     noise : (r, n) float
         The threshold beyond the tolerance.
     spread : (r, n) float
@@ -94,6 +94,7 @@ class Bounds:
         """Return the bounds of some of the samples."""
         return replace(
             self,
+            tolerance=self.tolerance[:, columns],
             noise=self.noise[:, columns],
             spread=self.spread[:, columns],
             settled=self.settled[columns],
@@ -118,7 +119,7 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     side = np.array([{"above": -1, "below": 1}.get(e.side, 0) for e in equations], np.int8)
     known = [recipe.learned.get(key, Learned()) for key in keys(residuals)]
     stray = np.array([one.stray for one in known])
-    tolerance = np.maximum(residuals.tolerance, stray)[:, None]
+    tolerance = np.maximum(residuals.lasting, stray[:, None])
     reference = reference_mask(signals, recipe.reference_s)
     first = reference_mask(signals, recipe.block_s)
     centre = _constants(residuals, tolerance + recipe.sigmas * residuals.spread, reference, first)

@@ -47,7 +47,7 @@ def critical_scales(
     for over, share in SOONER:
         count = max(2, round(share * least))
         if size.shape[1] >= count:
-            lasting = least_of(_scale(size / over, tolerance, noise), count)
+            lasting = least_of(_scale(size / over, tolerance[known], noise), count)
             sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
     result[:, known] = sudden
     if np.isfinite(bounds.mean_bound[row]).any():

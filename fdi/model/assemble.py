@@ -47,7 +47,7 @@ from fdi.units import si_units
 
 if TYPE_CHECKING:
     from fdi.model.definitions import Definition, Definitions
-    from fdi.model.schema import AirframeFile, LogParameter
+    from fdi.model.schema import AirframeFile, Identify, LogParameter
 
 
 STILL: Final = ":still"
@@ -207,11 +207,23 @@ def _parameter(name: str, definition: Definition, draft: _Draft) -> Parameter | 
             entry.unit,
             entry.source,
             tuple(_sources(entry.log)),
-            entry.identify.bounds if entry.identify else None,
+            *_identified(entry.identify, draft),
             entry.world,
             entry.frame,
         )
     return None
+
+
+def _identified(entry: Identify | None, draft: _Draft) -> tuple[tuple[float, float] | None, str]:
+    """Return between which bounds a parameter is identified, and which variable is then zero."""
+    if entry is None:
+        return None, ""
+    low, high = entry.bounds
+    if not low <= entry.prior <= high or low == high:
+        raise ModelError(f"the prior {entry.prior:g} is not within the bounds [{low:g}, {high:g}]")
+    if entry.zero not in dict(draft.items("variables")):
+        raise ModelError(f"unknown variable {entry.zero!r}")
+    return entry.bounds, entry.zero
 
 
 def _sources(entries: Iterable[LogParameter]) -> Iterator[Source]:
@@ -400,6 +412,8 @@ def _check_over_time(of: Measurement, *, is_over: bool) -> None:
     told = {SAMPLED} if is_over else set()
     for name in sorted(used["when"] | used["reported"] - told):
         raise ModelError(f"{name}(...) cannot stand in a condition or in what is reported")
+    if SAMPLED in used["value"]:
+        raise ModelError(f"{SAMPLED}(...) tells an accuracy: it is for what is reported")
     if is_over and not used["value"] & OVER_A_WHILE:
         raise ModelError("needs a value with change(x, seconds) or integral(x, seconds)")
 
@@ -412,8 +426,6 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
     draft.watched[name] = Equation(
         f"{of.channel}:frozen",
         Kind.LIMIT,
-    if SAMPLED in used["value"]:
-        raise ModelError(f"{SAMPLED}(...) tells an accuracy: it is for what is reported")
         f"{of.channel} changes within {longest:g} s",
         Apply("max", (Apply("-", (Symbol(name), Number(longest))), Number(0.0))),
         Number(0.0),

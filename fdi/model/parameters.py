@@ -6,7 +6,8 @@ not hold. A source is a parameter of the log; those of one quantity are asked in
 source says anything, the model's own value holds; where it has none, the parameter is unknown,
 NaN, and with it whatever needs it: a limit that the vehicle did not set is no test. Where the
 motors stand is told by the frame (``frame:``); a value counts only where the log names none, not
-where it names one that is not known.
+where it names one that is not known. What is to be identified (``identify:``) is known to its prior
+and that one's width until then.
 """
 
 from __future__ import annotations
@@ -38,7 +39,11 @@ def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
         if not isnan(told_by_frame) or parameter.value is None or _names_frame(log):
             return ParameterValue(told_by_frame, parameter.unit, "log")
     own = nan if parameter.value is None else parameter.value
-    return ParameterValue(own, parameter.unit, "default")
+    if parameter.bounds is None:
+        return ParameterValue(own, parameter.unit, "default")
+    low, high = parameter.bounds
+    std = (high - low) / 4  # bounds hold what two standard deviations hold
+    return ParameterValue(own, parameter.unit, "default", std, parameter.bounds, parameter.zero)
 
 
 def _names_frame(log: Log) -> bool:

@@ -116,7 +116,8 @@ class Parameter:
 
     ``value`` is None where it is unknown without them. ``world`` names a quantity of the place and
     day of the flight (see ``world.py``), ``frame`` what a motor does to the vehicle: ``roll_3`` is
-    the roll factor of motor 3 (see `fdi.telemetry.motors`).
+    the roll factor of motor 3 (see `fdi.telemetry.motors`). ``bounds`` belong to one that is
+    identified from the flight, so that the variable ``zero`` is; ``value`` is what is expected.
     """
 
     name: str
@@ -125,6 +126,7 @@ class Parameter:
     source: str = ""
     sources: tuple[Source, ...] = ()
     bounds: tuple[float, float] | None = None
+    zero: str = ""
     world: str | None = None
     frame: str | None = None
 
@@ -264,8 +266,6 @@ class Measurement:
     silence: bool = False
     made_by: str = ""
 
-
-def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:
     @property
     def is_sampled(self) -> bool:
         """Return whether what is reported is how well records stand for the while between them."""
@@ -274,6 +274,8 @@ def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str
             isinstance(node, Apply) and node.operator == SAMPLED for node in walk(told)
         )
 
+
+def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:
     """Return the message fields that a measurement reads; a parameter of the model is none."""
     own = (measurement.channel.field,) if measurement.value is None else symbols(measurement.value)
     condition = symbols(measurement.when) if measurement.when else ()

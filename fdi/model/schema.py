@@ -85,10 +85,11 @@ class LogParameter(_Entry):
 
 
 class Identify(_Entry):
-    """A parameter to identify from flights."""
+    """A parameter to identify from flights: so that a variable is zero at the beginning."""
 
     prior: float
     bounds: tuple[float, float]
+    zero: Name
 
 
 class ParameterEntry(_Entry):

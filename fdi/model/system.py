@@ -84,12 +84,27 @@ class Fault:
 
 @dataclass(frozen=True, slots=True)
 class ParameterValue:
-    """The value a parameter has in this system; ``source`` is default, log or identified."""
+    """The value a parameter has in this system; ``source`` is default, log or identified.
+
+    Attributes
+    ----------
+    std : float or None
+        How well a constant that is to be identified is known; None for one that counts as exact.
+    bounds : (float, float) or None
+        Between which it is identified.
+    zero : str
+        The variable that is zero where its value is right.
+    wanders : float
+        By how much it seems to go up and down, one sigma, for all that the model leaves out.
+    """
 
     value: float
     unit: str
     source: Literal["default", "log", "identified"]
     std: float | None = None
+    bounds: tuple[float, float] | None = None
+    zero: str = ""
+    wanders: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,6 +18,7 @@ from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.values import runs
 from fdi.errors import UsageError
 from fdi.report.words import clean
+from fdi.residuals.bank import SURE
 from fdi.telemetry.airtime import when_in_air
 from fdi.units import customary
 
@@ -113,6 +114,10 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
     yield f"  judged: {_judged(row, analysis)}"
     yield f"  constant taken off: {alarms.centre[row] * scale:.4g}{unit}"
     yield f"  tolerance of the statement: {residuals.tolerance[row] * scale:.4g}{unit}"
+    unsure = residuals.unsure[row][residuals.unsure[row] > 0]
+    if len(unsure):
+        allowed = SURE * float(np.median(unsure)) * scale
+        yield f"  and for parameters that are known so well only: {allowed:.4g}{unit} (median)"
     for what, values in (
         ("stated standard deviation", residuals.spread[row]),
         ("threshold of a sample", alarms.threshold[row]),

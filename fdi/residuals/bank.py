@@ -9,7 +9,7 @@ flight a bank gives ``Residuals``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from fdi.telemetry import Channel, Signals
 
 if TYPE_CHECKING:
     import pandas
+
+SURE: Final = 2.0
+"""Standard deviations by which a constant that was identified may be off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +164,7 @@ class Bank:
             found.spread,
             found.allowance,
             found.swing,
+            found.unsure,
             tolerance,
             found.delay_s,
             found.response,
@@ -197,6 +201,8 @@ class Residuals:
     swing : (r, n) float
         By what share of itself the constant found at the beginning may have changed, because it is
         one of a field that the vehicle turns in.
+    unsure : (r, n) float
+        One standard deviation of what constants that the model does not know exactly make of it.
     tolerance : (r,) float
         How far it may stray by the model's own statement.
     delay_s : (r,) float
@@ -215,11 +221,18 @@ class Residuals:
     spread: Floats
     allowance: Floats
     swing: Floats
+    unsure: Floats
     tolerance: Floats
     delay_s: Floats
     response: Floats
     signals: Signals
     recipe: Differentiation
+
+    @property
+    def lasting(self) -> Floats:
+        """Return how far it may stray for as long as it likes, (r, n): no noise wears that off."""
+        allowed: Floats = self.tolerance[:, None] + SURE * np.nan_to_num(self.unsure)
+        return allowed
 
     @property
     def t(self) -> Floats:

@@ -13,7 +13,8 @@ channel's own period (the reason why residuals swell in manoeuvres). How well a 
 known is carried apart, one source for all channels of a message: it is the same all along, so a
 derivative feels only the change of the rate. A constant offset that a
 healthy sensor may have is carried likewise, apart, as are tolerances of equations; they bound, they
-do not spread.
+do not spread. A parameter that was identified has both: how well its constant value is known, which
+bounds what lasts, one source for all that uses it, and how far it wanders, which is noise.
 
 A node is dropped when the last node that needs it is done, so memory stays small.
 """
@@ -47,18 +48,23 @@ BENT: Final = 0.5
 SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
 
-Effects = dict[tuple[str, int, int], Floats]
-"""(``noise``, ``late``, ``offset``, ``swing``; source, generation) to the column by which the value
-moves."""
+Source = tuple[str, int, int]
+Effects = dict[Source, Floats]
+"""(``noise``, ``late``, ``offset``, ``swing``, ``parameter``; source, generation) to the column by
+which the value moves."""
 
 
 class Evaluated(NamedTuple):
-    """Columns of residuals, (r, n), their delays, (r,) s, and responses to faults, (r, f)."""
+    """Columns of residuals, (r, n), their delays, (r,) s, and responses to faults, (r, f).
+
+    ``unsure``: one standard deviation of what unsure parameters make of them.
+    """
 
     values: Floats
     spread: Floats
     allowance: Floats
     swing: Floats
+    unsure: Floats
     delay_s: Floats
     response: Floats
 
@@ -82,7 +88,7 @@ class Context:
     """What every node is computed with.
 
     ``spreads``: whether effects are carried along. ``added``: columns that are added to channels,
-    by measurement equation.
+    by measurement equation. ``unsure``: parameters that are not exact, with their numbers.
     """
 
     system: System
@@ -95,6 +101,7 @@ class Context:
     beginning: slice
     spreads: bool = True
     added: Mapping[int, Floats] = field(default_factory=dict)
+    unsure: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def real_part(self) -> bool:
@@ -116,7 +123,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
     rows: dict[int, list[int]] = {}
     for row, number in enumerate(wanted):
         rows.setdefault(number, []).append(row)
-    values, spread, allowance, swing = (np.full((count, size), np.nan) for _ in range(4))
+    values, spread, allowance, swing, unsure = (np.full((count, size), np.nan) for _ in range(5))
     ahead = np.zeros(count)
     response = np.full((count, len(context.system.faults)), np.nan)
     last_use = _last_uses(nodes)
@@ -129,6 +136,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             spread[row] = _root_sum(value.effects, ("noise", "late"), size)
             allowance[row] = _sum(value.effects, "offset", size)
             swing[row] = _root_sum(value.effects, ("swing",), size)
+            unsure[row] = _root_sum(value.effects, ("parameter",), size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
         for used in set(node.reads):
@@ -136,9 +144,9 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    for array in (values, spread, allowance, swing, ahead, response):
+    for array in (values, spread, allowance, swing, unsure, ahead, response):
         array.flags.writeable = False
-    return Evaluated(values, spread, allowance, swing, ahead, response)
+    return Evaluated(values, spread, allowance, swing, unsure, ahead, response)
 
 
 def context_of(
@@ -157,6 +165,11 @@ def context_of(
         },
         1.0 / signals.rate_hz,
         beginning_of(signals),
+        unsure={
+            name: number
+            for number, (name, p) in enumerate(system.parameters.items())
+            if p.std is not None
+        },
     )
 
 
@@ -284,7 +297,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         if node.kind == "residual"
         else system.variables[node.variables[0]].circular
     )
-    arguments = {name: done[i] for name, i in node.arguments}
+    arguments = {name: done[i] for name, i in node.arguments} | _unsure(node, context)
     given = {name: value.column for name, value in arguments.items()}
     near = _near(node, done, context)
 
@@ -347,13 +360,44 @@ def _moved(
     sources = dict.fromkeys(key for value in arguments.values() for key in value.effects)
     effects: Effects = {}
     for source in sources:
-        moved = {
-            name: value.column + value.effects[source] if source in value.effects else value.column
-            for name, value in arguments.items()
-        }
-        change = compute(moved) - column
-        effects[source] = np.nan_to_num(wrap(change) if circular else change)
+        change = _difference(compute(_shifted(arguments, source, 1)), column, circular)
+        if source[0] == "parameter":
+            # It is one unknown constant, to either side, of which a minimum may feel only one.
+            other = _difference(compute(_shifted(arguments, source, -1)), column, circular)
+            change = np.where(np.abs(other) > np.abs(change), -other, change)
+        effects[source] = change
     return effects
+
+
+def _difference(after: Floats, before: Floats, circular: bool) -> Floats:
+    change = wrap(after - before) if circular else after - before
+    return np.asarray(np.nan_to_num(change), dtype=np.float64)
+
+
+def _shifted(arguments: Mapping[str, Value], source: Source, sign: int) -> dict[str, Floats]:
+    """Return the columns of arguments, moved by what one source does to them."""
+    return {
+        name: value.column + sign * value.effects[source]
+        if source in value.effects
+        else value.column
+        for name, value in arguments.items()
+    }
+
+
+def _unsure(node: Node, context: Context) -> dict[str, Value]:
+    """Return the parameters of a node that are not exact, as arguments with effects."""
+    found: dict[str, Value] = {}
+    if not context.spreads:
+        return found
+    used = {name for expression in node.expressions for name in symbols(expression)}
+    size, last = len(context.signals.t), len(context.system.equations)
+    for name in sorted(used & context.unsure.keys()):
+        number, parameter = context.unsure[name], context.system.parameters[name]
+        effects: Effects = {("parameter", number, 0): np.full(size, parameter.std)}
+        if parameter.wanders:
+            effects["noise", -1 - last - number, 0] = np.full(size, parameter.wanders)
+        found[name] = Value(np.full(size, parameter.value), effects)
+    return found
 
 
 def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: Context) -> Floats:
@@ -405,7 +449,7 @@ def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Valu
     effects |= {
         key: np.nan_to_num(differentiate(effect, context.step, recipe)[0])
         for key, effect in value.effects.items()
-        if key[0] == "late"
+        if key[0] in ("late", "parameter")
     }
     if context.spreads:
         effects["noise", -1 - node.equation, 0] = _curvature(column)
@@ -452,7 +496,7 @@ def _changing(source: int, context: Context) -> float:
 
 
 def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
-    arguments = {name: done[i] for name, i in node.arguments}
+    arguments = {name: done[i] for name, i in node.arguments} | _unsure(node, context)
     unknowns = [context.system.variables[name] for name in node.variables]
     near = _near(node, done, context)
 
@@ -466,10 +510,8 @@ def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     sources = dict.fromkeys(key for value in arguments.values() for key in value.effects)
     effects: list[Effects] = [{} for _ in columns]
     for source in sources:
-        moved = {
-            name: value.column + value.effects.get(source, 0.0) for name, value in arguments.items()
-        }
-        for own, column, after in zip(effects, columns, solve(moved), strict=True):
+        moved = solve(_shifted(arguments, source, 1))
+        for own, column, after in zip(effects, columns, moved, strict=True):
             own[source] = np.nan_to_num(after - column)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     parts = tuple(Value(c, e, ahead) for c, e in zip(columns, effects, strict=True))

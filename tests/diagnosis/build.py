@@ -119,6 +119,7 @@ def alarms_of(
         every + 0.4,
         every,
         every,
+        every,
         zero,
         zero,
         response,

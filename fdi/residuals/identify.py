@@ -1,0 +1,243 @@
+"""Which values have a model's unknown parameters on this very vehicle?
+
+In: a bank, signals, how to differentiate. Out: the same bank with the parameters that have
+``identify:`` fitted to the first seconds of the flight, and then left alone: a fault that comes
+later must not become its own reference. The variable that a parameter shall bring to ``zero`` must
+depend on it linearly; over that stretch it is averaged over blocks, because neighbouring samples
+err alike, and blocks far off the others do not count. Least squares with the prior as one more
+measurement: what the flight does not excite keeps the prior and its width.
+
+How well a value is known follows from what the fit leaves, wider for few blocks, and wider where
+the two halves of the stretch contradict each other. What is left in the calmer half counts
+afterwards as noise: as if the parameter itself went up and down by so much. The bank's nodes do not
+depend on values, so nothing is derived again.
+
+References
+----------
+Ljung, System Identification, 1999, sections 7.4 (regularised least squares) and 9.6 (accuracy).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from fdi.model.evaluate import Floats
+from fdi.model.system import ParameterValue
+from fdi.residuals.bank import Bank
+from fdi.residuals.differentiate import Differentiation
+from fdi.residuals.evaluate import Context, Value, compute_node, context_of
+from fdi.residuals.reads import needed_for
+from fdi.telemetry import Signals
+from fdi.telemetry.airtime import reference_mask
+
+STRETCH_S: Final = 20.0
+"""From so many seconds after settling in the air: what `fdi.decision` takes its constants from."""
+BLOCK_S: Final = 1.0
+LEAST_BLOCKS: Final = 5
+"""Fewer tell no scatter."""
+KNOWN_SHARE: Final = 0.5
+"""Of a block."""
+FAR: Final = 3.0
+"""Standard deviations: blocks, halves and bounds further off contradict."""
+OF_MEDIAN: Final = 1.4826
+"""Standard deviation of normal values over their median distance from the middle."""
+MOST_FAR: Final = 0.5
+"""Of the blocks; more that are far off are no outliers, but the majority."""
+MOST_ALIKE: Final = 0.9
+"""Correlation of neighbouring blocks; more cannot be told from so few of them."""
+LINEAR: Final = 1e-6
+"""Share of a change by which that of the opposite step may differ; rounding."""
+TWO_SIGMA: Final = 0.975
+"""Quantile to which the tails of few blocks are taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """What least squares made of k parameters, (k,) each, as differences from their priors.
+
+    ``wanders`` is by how much each would have to go up and down from block to block to explain what
+    no constant values do.
+    """
+
+    value: Floats
+    std: Floats
+    wanders: Floats
+
+
+def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
+    """Return the bank with what this flight tells of its parameters.
+
+    Parameters
+    ----------
+    bank : Bank
+    signals : Signals
+    recipe : Differentiation
+
+    Returns
+    -------
+    Bank
+        The same nodes and generators; the parameters have the source ``identified``, a standard
+        deviation and how far they wander. Warnings tell which could not be, and why.
+    """
+    groups: dict[str, list[str]] = {}
+    for name, parameter in bank.system.parameters.items():
+        if parameter.bounds is not None:
+            groups.setdefault(parameter.zero, []).append(name)
+    if not groups:
+        return bank
+    context = replace(context_of(bank.system, bank.nodes, signals, recipe), spreads=False)
+    stretch = reference_mask(signals, STRETCH_S)
+    size = max(1, round(BLOCK_S * signals.rate_hz))
+    found: dict[str, ParameterValue] = {}
+    told = list[str]()
+    for zero, names in groups.items():
+        number = next((i for i, n in enumerate(bank.nodes) if n.variables == (zero,)), None)
+        if number is None:  # no test needs it
+            continue
+        priors = [bank.system.parameters[name] for name in names]
+        columns = _columns(number, names, context, stretch)
+        blocks = np.empty((0, 1 + len(names))) if columns is None else _blocks(columns, size)
+        if len(blocks) < LEAST_BLOCKS:
+            why = (
+                f"{zero} is not linear in them"
+                if columns is None
+                else "the flight's beginning tells too little"
+            )
+            told.append(f"{', '.join(names)} not identified: {why}")
+            continue
+        fit = fit_with_halves(blocks, np.array([prior.std for prior in priors], float))
+        for name, prior, *values in zip(
+            names, priors, fit.value, fit.std, fit.wanders, strict=True
+        ):
+            value = _within(prior, *map(float, values))
+            if value is None:
+                told.append(f"{name} not identified: the flight's beginning is beyond its bounds")
+            else:
+                found[name] = value
+    parameters = {**bank.system.parameters, **found}
+    warnings = (*bank.system.warnings, *told)
+    return replace(bank, system=replace(bank.system, parameters=parameters, warnings=warnings))
+
+
+def _within(
+    prior: ParameterValue, change: float, std: float, wanders: float
+) -> ParameterValue | None:
+    """Return an identified value, within its bounds; None where the flight contradicts these."""
+    assert prior.bounds is not None
+    value = prior.value + change
+    inside = float(np.clip(value, *prior.bounds))
+    if abs(value - inside) > FAR * std:
+        return None
+    return replace(prior, value=inside, source="identified", std=std, wanders=wanders)
+
+
+def _columns(
+    number: int, names: Sequence[str], context: Context, stretch: NDArray[np.bool_]
+) -> Floats | None:
+    """Return a node over the stretch and what a unit of each parameter adds, (n, 1 + k).
+
+    None where it is not linear in them.
+    """
+
+    def at(name: str, step: float) -> Floats:
+        constants = {**context.constants, name: context.constants[name] + step}
+        moved, done = replace(context, constants=constants), dict[int, Value]()
+        for needed in needed_for(context.nodes, number):
+            done[needed] = compute_node(context.nodes[needed], done, moved)
+        return done[number].column[stretch]
+
+    columns = [at(names[0], 0.0)]
+    for name in names:
+        std = context.system.parameters[name].std or 1.0
+        up, down = at(name, std) - columns[0], columns[0] - at(name, -std)
+        bent, moved = (np.nan_to_num(np.abs(change)).max(initial=0.0) for change in (up - down, up))
+        if bent > LINEAR * moved:
+            return None
+        columns.append(up / std)
+    return np.column_stack(columns)
+
+
+def _blocks(columns: Floats, size: int) -> Floats:
+    """Return the means of columns over every ``size`` samples, where enough of these are known."""
+    count = len(columns) // size
+    cut = columns[: count * size].reshape(count, size, columns.shape[1])
+    known = np.asarray(np.isfinite(cut).all(axis=2))
+    enough = np.asarray(known.mean(axis=1) >= KNOWN_SHARE)
+    total = np.where(known[:, :, None], cut, 0.0).sum(axis=1)[enough]
+    return np.asarray(total / known.sum(axis=1)[enough, None], np.float64)
+
+
+def fit_with_halves(blocks: Floats, widths: Floats) -> Fit:
+    """Return a fit of all blocks, as sure as the two halves of them agree.
+
+    Parameters
+    ----------
+    blocks, widths
+        As of :func:`fit_linear`.
+    """
+    half = len(blocks) // 2
+    whole, first, second = (fit_linear(b, widths) for b in (blocks, blocks[:half], blocks[half:]))
+    apart = np.abs(first.value - second.value)
+    contradict = apart > FAR * np.hypot(first.std, second.std)
+    std = np.where(contradict, np.clip(apart / 2, whole.std, widths), whole.std)
+    return Fit(whole.value, std, np.fmin(first.wanders, second.wanders))
+
+
+def fit_linear(blocks: Floats, widths: Floats) -> Fit:
+    """Return by least squares what makes a quantity zero.
+
+    Parameters
+    ----------
+    blocks : (b, 1 + k) float
+        The quantity, and what a unit of every parameter adds to it.
+    widths : (k,) float
+        Standard deviations of the parameters before.
+
+    Examples
+    --------
+    >>> blocks = np.array([[1.0, -1.0], [1.2, -1.0], [0.8, -1.0], [1.1, -1.0], [0.9, -1.0]])
+    >>> fit = fit_linear(blocks, np.array([10.0]))
+    >>> fit.value.round(3).item(), fit.std.round(3).item(), fit.wanders.round(3).item()
+    (1.0, 0.1, 0.158)
+    """
+    inliers, noise, fewer = _scatter(blocks, widths)
+    wrong, slopes = (inliers / (noise * fewer))[:, 0], (inliers / (noise * fewer))[:, 1:]
+    covariance = np.asarray(np.linalg.inv(slopes.T @ slopes + np.diag(widths**-2.0)), np.float64)
+    # few blocks tell their own scatter badly
+    free = max(len(inliers) - len(widths), 1)
+    wider = student.ppf(TWO_SIGMA, free) / norm.ppf(TWO_SIGMA)
+    std = np.minimum(wider * np.sqrt(np.diag(covariance)), widths)
+    slope = np.sqrt((inliers[:, 1:] ** 2).mean(axis=0))
+    wanders = np.divide(noise, slope, out=np.zeros(len(slope)), where=slope > 0)
+    return Fit(-covariance @ slopes.T @ wrong, std, wanders)
+
+
+def _scatter(blocks: Floats, widths: Floats) -> tuple[Floats, float, float]:
+    """Return the blocks that are not far off the others, their scatter, and what that lacks.
+
+    Wind and turns last: neighbouring blocks err alike, and count as fewer ones. By how many tells
+    the correlation of neighbours, that of an autoregression of first order.
+    """
+    inliers = blocks
+    for _ in range(2):
+        values = np.asarray(np.linalg.lstsq(inliers[:, 1:], -inliers[:, 0], rcond=None)[0])
+        left = blocks[:, 0] + blocks[:, 1:] @ values
+        off = np.abs(left - np.median(left))
+        free = max(len(inliers) - len(widths), 1)
+        near = off <= FAR * OF_MEDIAN * np.sqrt(len(inliers) / free) * np.median(off)
+        inliers = blocks[near] if near.mean() > 1 - MOST_FAR else blocks
+    left = inliers[:, 0] + inliers[:, 1:] @ values
+    noise = np.sqrt((left**2).sum() / max(len(inliers) - len(widths), 1))
+    least = LINEAR * float((np.abs(blocks[:, 1:]) @ widths).max())
+    noise = max(float(noise), least, float(np.finfo(float).tiny))
+    power = float((left**2).sum())
+    alike = float((left[1:] * left[:-1]).sum()) / power if power > 0 else 0.0
+    alike = min(max(alike, 0.0), MOST_ALIKE)
+    return inliers, noise, float(np.sqrt((1 + alike) / (1 - alike)))

@@ -1,0 +1,239 @@
+"""Parameters are fitted to the flight's beginning, as sure as that makes them, and then frozen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fdi.decision import load_policy
+from fdi.decision.bounds import learn
+from fdi.errors import ModelError
+from fdi.residuals import Differentiation, build_bank
+from fdi.residuals.identify import STRETCH_S, fit_linear, fit_with_halves, identified
+from fdi.telemetry.airtime import SETTLING_S
+
+from .build import airframe
+from .test_evaluate import RATE, signals
+
+RECIPE = Differentiation()
+TEXT = """
+format: 1
+name: scale
+components:
+  gauge: {group: sensor}
+variables:
+  force: {unit: "1"}
+  load: {unit: "1"}
+  left: {unit: "1"}
+parameters:
+  zero: {identify: {prior: 1, bounds: [0, 2], zero: left}, unit: "1"}
+  gain: {identify: {prior: 2, bounds: [1, 3], zero: left}, unit: "1"}
+equations:
+  e_1: {text: "left = force - gain*load - zero", solves: [left]}
+equalities:
+  balanced: {text: "left = 0", solves: [], tolerance: 0.01, component: gauge}
+measurements:
+  VFR_HUD:
+    component: gauge
+    fields:
+      alt: {variable: load, accuracy: 0.001}
+      climb: {variable: force, accuracy: 0.001}
+"""
+GAIN, ZERO = 2.3, 0.8
+
+
+@pytest.fixture(scope="module")
+def bank(tmp_path_factory):
+    system = airframe(tmp_path_factory.mktemp("model"), TEXT).observe()
+    return build_bank(system, "mtes+cross_checks")
+
+
+def flown(bank, *, seconds=120, noise=0.02, load=None, off=None, seed=1):
+    """A gauge with noise; what ``off`` adds is a fault."""
+    random = np.random.default_rng(seed)
+    t = np.arange(round(seconds * RATE)) / RATE
+    load = np.sin(t / 3) if load is None else np.full(len(t), float(load))
+    force = GAIN * load + ZERO + noise * random.normal(size=len(t))
+    force = force if off is None else force + off(t)
+    return signals(bank.system, {"VFR_HUD.alt": load, "VFR_HUD.climb": force})
+
+
+def told(bank, given_):
+    found = identified(bank, given_, RECIPE).system
+    return found.parameters["gain"], found.parameters["zero"], found.warnings
+
+
+def test_gain_and_zero_are_found_as_well_as_is_said(bank):
+    gain, zero, warnings = told(bank, flown(bank))
+    assert gain.source == zero.source == "identified"
+    assert abs(gain.value - GAIN) < 3 * gain.std < 0.1
+    assert abs(zero.value - ZERO) < 3 * zero.std < 0.1
+    assert not warnings
+
+
+def test_what_the_flight_does_not_excite_keeps_the_prior_and_its_width(bank):
+    """Without a load nothing tells the gain."""
+    gain, zero, _ = told(bank, flown(bank, load=0.0))
+    assert gain.value == pytest.approx(2.0)
+    assert gain.std == pytest.approx(0.5)
+    assert zero.value == pytest.approx(ZERO, abs=0.05)
+
+
+def test_what_only_the_sum_tells_is_known_as_the_sum(bank):
+    """Under a constant load gain and zero make up for each other: both stay wide."""
+    gain, zero, _ = told(bank, flown(bank, load=1.0))
+    assert gain.std > 0.3
+    assert zero.std > 0.3
+    assert gain.value + zero.value == pytest.approx(GAIN + ZERO, abs=0.05)
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
+def test_a_fault_after_the_beginning_changes_nothing(bank, size):
+    clean = told(bank, flown(bank))[:2]
+    faulty = told(bank, flown(bank, off=lambda t: size * (t > 60)))[:2]
+    assert faulty == clean
+
+
+def test_a_fault_that_begins_within_the_beginning_makes_the_values_unsure(bank):
+    clean = told(bank, flown(bank, load=0.0))[1]
+    half = SETTLING_S + STRETCH_S / 2
+    faulty = told(bank, flown(bank, load=0.0, off=lambda t: 0.4 * (t > half)))[1]
+    assert faulty.std > 10 * clean.std
+    assert abs(faulty.value - ZERO) < 2.1 * faulty.std
+    # the calmer half tells the noise, so that what came is not taken for it
+    assert faulty.wanders < 2 * clean.wanders
+
+
+def test_a_spike_within_the_beginning_does_not_count(bank):
+    clean = told(bank, flown(bank))[:2]
+    spiked = told(bank, flown(bank, off=lambda t: 5.0 * (np.abs(t - 11.4) < 0.3)))[:2]
+    for before, after in zip(clean, spiked, strict=True):
+        assert abs(after.value - before.value) < 2 * before.std
+
+
+def test_what_contradicts_the_bounds_is_refused_and_told(bank):
+    _, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
+    assert (zero.source, zero.value, zero.std) == ("default", 1.0, 0.5)
+    assert "zero not identified: the flight's beginning is beyond its bounds" in warnings
+
+
+def test_a_log_that_is_too_short_tells_nothing(bank):
+    gain, zero, warnings = told(bank, flown(bank, seconds=3))
+    assert (gain.source, gain.std) == ("default", 0.5)
+    assert (zero.source, zero.std) == ("default", 0.5)
+    assert warnings == ("zero, gain not identified: the flight's beginning tells too little",)
+
+
+def test_unknown_columns_tell_nothing(bank):
+    _, _, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), np.nan)))
+    assert warnings == ("zero, gain not identified: the flight's beginning tells too little",)
+
+
+def test_what_is_not_linear_is_not_identified_and_told(tmp_path):
+    text = TEXT.replace("left = force - gain*load - zero", "left = force - gain*load - zero**2")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    gain, _, warnings = told(bank, flown(bank))
+    assert gain.source == "default"
+    assert warnings == ("zero, gain not identified: left is not linear in them",)
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("{prior: 3, bounds: [0, 2], zero: left}", "the prior 3 is not within the bounds [0, 2]"),
+        ("{prior: 1, bounds: [2, 0], zero: left}", "the prior 1 is not within the bounds [2, 0]"),
+        ("{prior: 1, bounds: [0, 2], zero: gain}", "unknown variable 'gain'"),
+        ("{prior: 1, bounds: [0, 2]}", "identify.zero"),
+    ],
+)
+def test_what_cannot_be_identified_is_one_problem_with_its_line(tmp_path, entry, said):
+    with pytest.raises(ModelError) as error:
+        airframe(tmp_path, TEXT.replace("{prior: 1, bounds: [0, 2], zero: left}", entry))
+    assert "m.yaml:11: parameters.zero" in str(error.value)
+    assert said in str(error.value)
+
+
+def test_a_bank_without_unknown_parameters_is_left_alone(bank):
+    exact = {n: replace(p, bounds=None, std=None) for n, p in bank.system.parameters.items()}
+    own = replace(bank, system=replace(bank.system, parameters=exact))
+    assert identified(own, flown(bank), RECIPE) is own
+
+
+def test_how_well_a_parameter_is_known_widens_what_may_last_and_not_the_noise(bank):
+    """One unknown constant is no noise: no mean of many samples wears it off."""
+    given_ = flown(bank, load=1.0)
+    fitted = identified(bank, given_, RECIPE)
+    exact = {n: replace(p, std=None) for n, p in fitted.system.parameters.items()}
+    sure = replace(fitted, system=replace(fitted.system, parameters=exact))
+    unsure, certain = fitted.evaluate(given_, RECIPE), sure.evaluate(given_, RECIPE)
+    np.testing.assert_allclose(unsure.values, certain.values)
+    row = next(
+        i
+        for i, g in enumerate(bank.generators)
+        if bank.system.equations[g.residual].name == "balanced"
+    )
+    gain, zero = (fitted.system.parameters[name].std for name in ("gain", "zero"))
+    # under a load of 1 both move the residual by as much
+    assert unsure.unsure[row] == pytest.approx(np.hypot(gain, zero))
+    assert unsure.lasting[row] == pytest.approx(0.01 + 2 * np.hypot(gain, zero))
+    assert certain.lasting[row] == pytest.approx(0.01)
+    recipe = load_policy("default").decision
+    assert learn(unsure, recipe).tolerance[row] == pytest.approx(unsure.lasting[row])
+
+
+def test_what_the_fit_leaves_counts_as_noise(bank):
+    given_ = flown(bank, load=0.0, noise=0.05)
+    fitted = identified(bank, given_, RECIPE)
+    spread = [
+        own.evaluate(given_, RECIPE).spread[
+            [bank.system.equations[g.residual].name for g in bank.generators].index("balanced")
+        ]
+        for own in (bank, fitted)
+    ]
+    # blocks of a second average 1 / RATE samples of noise
+    block = 0.05 / np.sqrt(RATE)
+    assert np.median(spread[1] ** 2 - spread[0] ** 2) ** 0.5 == pytest.approx(block, rel=0.6)
+
+
+def blocks_of(random, count, values, noise):
+    slopes = random.normal(size=(count, len(values)))
+    wrong = -slopes @ values + noise * random.normal(size=count)
+    return np.column_stack([wrong, slopes])
+
+
+@given(seed=st.integers(0, 10_000), noise=st.floats(1e-6, 1e-3))
+def test_many_good_blocks_give_the_values(seed, noise):
+    random = np.random.default_rng(seed)
+    values = random.uniform(-1, 1, 3)
+    fit = fit_linear(blocks_of(random, 60, values, noise), np.full(3, 10.0))
+    assert np.abs(fit.value - values).max() < 6 * noise
+
+
+def test_two_sigma_hold_the_truth_as_often_as_they_say():
+    """For few blocks too: 95 % are promised, and the rejection of outliers costs little of it."""
+    random, held = np.random.default_rng(5), []
+    for _ in range(400):
+        values = random.uniform(-1, 1, 2)
+        fit = fit_linear(blocks_of(random, 8, values, 0.3), np.full(2, 10.0))
+        held.append(np.abs(fit.value - values) <= 2 * fit.std)
+    assert 0.9 <= np.mean(held) <= 0.99
+
+
+def test_halves_that_agree_leave_the_deviation_alone():
+    random = np.random.default_rng(2)
+    blocks = blocks_of(random, 20, np.array([0.5]), 0.1)
+    assert fit_with_halves(blocks, np.array([1.0])).std == fit_linear(blocks, np.array([1.0])).std
+
+
+def test_a_perfect_fit_is_no_division_by_nothing():
+    fit = fit_linear(np.array([[1.0, -2.0]] * 6), np.array([1.0]))
+    assert fit.value == pytest.approx([0.5])
+    assert np.isfinite(fit.std).all()
+
+
+def test_nothing_at_all_is_no_evidence():
+    """Motors that stand still: no values make a difference."""
+    fit = fit_linear(np.zeros((8, 2)), np.array([0.2]))
+    assert (fit.value.item(), fit.std.item(), fit.wanders.item()) == (0.0, 0.2, 0.0)
