@@ -34,7 +34,7 @@ def mixer(name, turned=0.0):
 
 
 def outputs(name, works, thrust=0.4, turned=0.0, torque=(0.0, 0.0, 0.0)):
-    """The outputs that hold the vehicle where motors give shares ``works`` of what is asked."""
+    """The thrust asked for that holds the vehicle where motors give shares ``works`` of it."""
     mix = mixer(name, turned)
     effect = mix.T @ np.diag(works) @ mix
     wanted = np.array([thrust * len(mix), *torque])
@@ -45,8 +45,8 @@ def computed(name, given, wanted):
     """Compute variables of a model from others by its equations, each solved for its left side."""
     relations = [e for e in model(name).equations if e.kind is Kind.RELATION]
     by_left = {e.left.name: e for e in relations if isinstance(e.left, Symbol)}
-    columns = {k: np.atleast_1d(np.asarray(v, float)) for k, v in given.items()}
-    columns |= {k: np.float64(p.value) for k, p in model(name).parameters.items()}
+    columns = {k: np.float64(p.value) for k, p in model(name).parameters.items()}
+    columns |= {k: np.atleast_1d(np.asarray(v, float)) for k, v in given.items()}
 
     def column(variable):
         if variable not in columns:
@@ -59,9 +59,14 @@ def computed(name, given, wanted):
     return {variable: float(np.ravel(column(variable))[0]) for variable in wanted}
 
 
-def extras(name, u):
+def extras(name, u, turned=None):
+    """What motors are given beyond their share; of a frame that is not turned the model's own."""
     count = len(FRAMES[name][0])
-    given = {f"u_{i}": u[i - 1] for i in range(1, count + 1)}
+    given = {f"thrust_{i}": u[i - 1] for i in range(1, count + 1)}
+    if turned:
+        for place, axis in enumerate(("roll", "pitch", "yaw"), 1):
+            factors = mixer(name, turned)[:, place]
+            given |= {f"mix_{axis}_{i}": factors[i - 1] for i in range(1, count + 1)}
     return np.array(
         list(computed(name, given, [f"extra_{i}" for i in range(1, count + 1)]).values())
     )
@@ -73,7 +78,7 @@ def extras(name, u):
 def test_of_a_weak_motor_alone_it_is_said_that_it_is_given_more(name, motor, gives, turned):
     works = np.ones(len(FRAMES[name][0]))
     works[motor - 1] = gives
-    found = extras(name, outputs(name, works, turned=turned))
+    found = extras(name, outputs(name, works, turned=turned), turned)
     assert np.argmax(found) == motor - 1
     assert found[motor - 1] > 0.05
     assert (np.delete(found, motor - 1) < 0.02).all()
