@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from fdi.diagnosis.concerns import Concerns, Tie
 from fdi.model.evaluate import Floats
 
-MOST: Final = 20.0
-"""Times its threshold; more says no more, and a stuck number may be anything."""
+MOST: Final = 4.0
+"""Times its threshold; more says no more: so far beyond noise only what the model leaves out could
+have made it, and that does not get less likely."""
 LEAST: Final = 0.05
 """Of its threshold; less is as quiet as can be."""
 WELL: Final = 0.5
