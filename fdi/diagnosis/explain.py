@@ -19,6 +19,7 @@ from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
 from fdi.model.system import SystemEquation
 from fdi.residuals import Bank, Generator
+from fdi.residuals.amount import amounts
 from fdi.units import customary
 
 
@@ -72,6 +73,9 @@ def sentence(run: Run, alarms: Alarms) -> str:
             + f", allowed {most} {bound_value * scale + zero:.3g} {label}".rstrip()
             + f", {when} ({names})"
         )
+    told = _amounts(run, alarms)
+    if told and times is None:
+        return f"{', '.join(told)}, {when} ({names})"
     against = f" against {', '.join(inputs)}" if sensors and inputs else ""
     if times is not None:
         return (
@@ -84,6 +88,21 @@ def sentence(run: Run, alarms: Alarms) -> str:
         f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
         f"{bound} is within health"
     )
+
+
+def _amounts(run: Run, alarms: Alarms) -> list[str]:
+    """Return what the model lets a person check of an alarm: medians over it, with one sigma."""
+    residuals = alarms.residuals
+    span, found = slice(run.first, run.last), list[str]()
+    for told in amounts(residuals, residuals.bank.generators[run.row]):
+        known = np.isfinite(told.value[span])
+        if known.any():
+            label, scale, _ = ("%", 100.0, 0.0) if told.unit in ("", "1") else customary(told.unit)
+            middle = scale * float(np.median(told.value[span][known]))
+            sigma = scale * float(np.median(told.sigma[span][known]))
+            value, sure = rounded(middle, sigma)
+            found.append(told.words.replace("#", f"{value} +- {sure} {label}"))
+    return found
 
 
 def size_in_words(size: Size) -> str:

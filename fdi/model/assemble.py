@@ -279,8 +279,18 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             says=entry.says or "",
             suspects=tuple(entry.suspects),
             unit=spell(unit),
+            amounts=tuple(_amounts(entry.amounts, draft)),
         )
     return None
+
+
+def _amounts(entries: Mapping[str, str], draft: _Draft) -> Iterator[tuple[str, Expression, str]]:
+    """Yield what a person can check of a statement, with its unit."""
+    for words, text in entries.items():
+        amount = parse(text)
+        draft.check_names(amount)
+        unit = dimension_of(amount, draft.units) or Dimension(1.0, (), "1")
+        yield words, amount, spell(unit)
 
 
 def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:

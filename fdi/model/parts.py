@@ -178,6 +178,9 @@ class Equation:
     says : str
         What is so where it is violated, a verb phrase whose subject is the component, or a whole
         clause where it concerns none.
+    amounts : tuple of (str, Expression, str)
+        What a person can check where it is violated: a phrase in which # stands for the quantity,
+        that quantity over variables and parameters, and its unit.
     """
 
     name: str
@@ -203,6 +206,7 @@ class Equation:
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
+    amounts: tuple[tuple[str, Expression, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,8 @@ Quantity = float | str
 """A number in the variable's unit, or a number with a unit: ``0.3 m/s``."""
 Clause = Annotated[str, StringConstraints(pattern=r"^[^_<>=\n]{0,69}[^_<>=\n.]$")]
 """What is so where a statement is violated, to stand behind the name of a component."""
-
-
+Amount = Annotated[str, StringConstraints(pattern=r"^[^#_<>=\n]{0,60}#[^#_<>=\n]{0,60}$")]
+"""A phrase in which # stands for a quantity."""
 FrameFactor = Annotated[str, StringConstraints(pattern=r"^(roll|pitch|yaw)_([1-9]|1[0-2])$")]
 """A factor of a motor: ``roll_3``."""
 
@@ -126,6 +126,7 @@ class EquationEntry(_Entry):
     always: bool = False
     command: bool = False
     says: Clause | None = None
+    amounts: dict[Amount, str] = {}
 
 
 class LimitEntry(_Entry):

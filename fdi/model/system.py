@@ -58,6 +58,7 @@ class SystemEquation:
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
+    amounts: tuple[tuple[str, Expression, str], ...] = ()
     measurement: Measurement | None = None
     text: str = ""
 

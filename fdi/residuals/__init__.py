@@ -14,8 +14,10 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``regress.py``: by what factor one quantity follows another
 - ``latency.py``: how late sensors come, by the log
 - ``accuracy.py``: how accurate sensors say that they are, and how far they are believed
+- ``identify.py``: unknown parameters, by the flight's beginning
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
+- ``amount.py``: how much it is, where a statement is violated
 - ``cache.py``: a compiled bank on disk
 """
 

@@ -28,7 +28,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
-from fdi.model.expression import Symbol, symbols
+from fdi.model.expression import Expression, Symbol, symbols
 from fdi.model.parts import Measurement
 from fdi.model.system import System
 from fdi.residuals.accuracy import beginning_of, believed
@@ -133,10 +133,10 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
         for row in rows.get(number, ()):
             value = done[number]
             values[row] = value.column
-            spread[row] = _root_sum(value.effects, ("noise", "late"), size)
+            spread[row] = root_sum(value.effects, ("noise", "late"), size)
             allowance[row] = _sum(value.effects, "offset", size)
-            swing[row] = _root_sum(value.effects, ("swing",), size)
-            unsure[row] = _root_sum(value.effects, ("parameter",), size)
+            swing[row] = root_sum(value.effects, ("swing",), size)
+            unsure[row] = root_sum(value.effects, ("parameter",), size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
         for used in set(node.reads):
@@ -187,7 +187,8 @@ def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
     return {used: number for number, node in enumerate(nodes) for used in node.reads}
 
 
-def _root_sum(effects: Effects, kinds: tuple[str, ...], size: int) -> Floats:
+def root_sum(effects: Effects, kinds: tuple[str, ...], size: int) -> Floats:
+    """Return the root of the sum of the squares of effects of some kinds, (n,)."""
     total = np.zeros(size)
     for (own, _, _), effect in effects.items():
         if own in kinds:
@@ -297,7 +298,9 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         if node.kind == "residual"
         else system.variables[node.variables[0]].circular
     )
-    arguments = {name: done[i] for name, i in node.arguments} | _unsure(node, context)
+    arguments = {name: done[i] for name, i in node.arguments} | unsure_arguments(
+        node.expressions, context
+    )
     given = {name: value.column for name, value in arguments.items()}
     near = _near(node, done, context)
 
@@ -313,7 +316,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         return wrap(value) if circular else value
 
     column = compute(given)
-    effects = _moved(compute, column, arguments, circular)
+    effects = moved_by(compute, column, arguments, circular)
     sides = (equation.left, equation.right)
     if node.kind == "residual":
         constant = equation.offset
@@ -350,7 +353,7 @@ def _since_beginning(column: Floats, context: Context, circular: bool) -> Floats
     return np.nan_to_num(wrap(column - level) if circular else column - level)
 
 
-def _moved(
+def moved_by(
     compute: Callable[[Mapping[str, Column]], Floats],
     column: Floats,
     arguments: Mapping[str, Value],
@@ -384,12 +387,12 @@ def _shifted(arguments: Mapping[str, Value], source: Source, sign: int) -> dict[
     }
 
 
-def _unsure(node: Node, context: Context) -> dict[str, Value]:
-    """Return the parameters of a node that are not exact, as arguments with effects."""
+def unsure_arguments(expressions: Sequence[Expression], context: Context) -> dict[str, Value]:
+    """Return the parameters of expressions that are not exact, as arguments with effects."""
     found: dict[str, Value] = {}
     if not context.spreads:
         return found
-    used = {name for expression in node.expressions for name in symbols(expression)}
+    used = {name for expression in expressions for name in symbols(expression)}
     size, last = len(context.signals.t), len(context.system.equations)
     for name in sorted(used & context.unsure.keys()):
         number, parameter = context.unsure[name], context.system.parameters[name]
@@ -478,7 +481,7 @@ def _slope(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     column, error = slope(
         [value.column for value in given[0::2]],
         [value.column for value in given[1::2]],
-        [_root_sum(value.effects, ("noise", "late"), size) for value in given[1::2]],
+        [root_sum(value.effects, ("noise", "late"), size) for value in given[1::2]],
         context.step,
         equation.window,
     )
@@ -496,7 +499,9 @@ def _changing(source: int, context: Context) -> float:
 
 
 def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
-    arguments = {name: done[i] for name, i in node.arguments} | _unsure(node, context)
+    arguments = {name: done[i] for name, i in node.arguments} | unsure_arguments(
+        node.expressions, context
+    )
     unknowns = [context.system.variables[name] for name in node.variables]
     near = _near(node, done, context)
 
