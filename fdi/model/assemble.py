@@ -149,6 +149,11 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
     for name, definition in draft.items("variables"):
         if name in variables and name not in draft.used:
             found.problems.append(f"{definition.at()}: variable {name!r} is in no equation")
+    for name, definition in draft.items("parameters"):
+        if definition.entry.identify is not None and name not in draft.used:
+            found.problems.append(
+                f"{definition.at()}: parameter {name!r} is identified, and in no equation"
+            )
     if found.problems:
         raise ModelError.of(found.problems)
     return Airframe(

@@ -155,6 +155,12 @@ def test_what_cannot_be_identified_is_one_problem_with_its_line(tmp_path, entry,
     assert said in str(error.value)
 
 
+def test_what_nothing_uses_is_not_identified(tmp_path):
+    text = TEXT.replace("- gain*load - zero", "- gain*load")
+    with pytest.raises(ModelError, match="m.yaml:11: parameter 'zero' is identified, and in no eq"):
+        airframe(tmp_path, text)
+
+
 def test_a_bank_without_unknown_parameters_is_left_alone(bank):
     exact = {n: replace(p, bounds=None, std=None) for n, p in bank.system.parameters.items()}
     own = replace(bank, system=replace(bank.system, parameters=exact))
