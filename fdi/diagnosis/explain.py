@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from fdi.model.system import SystemEquation
 from fdi.residuals import Bank, Generator
 from fdi.residuals.amount import amounts
 from fdi.units import customary
+
+MOSTLY: Final = 0.5
+"""Of an alarm an amount must be known to be told."""
 
 
 def evidence(cause: Cause, alarms: Alarms) -> Evidence:
@@ -96,7 +99,7 @@ def _amounts(run: Run, alarms: Alarms) -> list[str]:
     span, found = slice(run.first, run.last), list[str]()
     for told in amounts(residuals, residuals.bank.generators[run.row]):
         known = np.isfinite(told.value[span])
-        if known.any():
+        if known.mean() >= MOSTLY and run.end - run.onset >= told.least:
             label, scale, _ = ("%", 100.0, 0.0) if told.unit in ("", "1") else customary(told.unit)
             middle = scale * float(np.median(told.value[span][known]))
             sigma = scale * float(np.median(told.sigma[span][known]))

@@ -34,6 +34,7 @@ from fdi.model.expression import (
 from fdi.model.parts import (
     RESERVED,
     STATES,
+    Amount,
     Component,
     Equation,
     Kind,
@@ -47,7 +48,7 @@ from fdi.units import si_units
 
 if TYPE_CHECKING:
     from fdi.model.definitions import Definition, Definitions
-    from fdi.model.schema import AirframeFile, Identify, LogParameter
+    from fdi.model.schema import AirframeFile, AmountEntry, Identify, LogParameter
 
 
 STILL: Final = ":still"
@@ -289,13 +290,14 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
     return None
 
 
-def _amounts(entries: Mapping[str, str], draft: _Draft) -> Iterator[tuple[str, Expression, str]]:
-    """Yield what a person can check of a statement, with its unit."""
-    for words, text in entries.items():
-        amount = parse(text)
-        draft.check_names(amount)
-        unit = dimension_of(amount, draft.units) or Dimension(1.0, (), "1")
-        yield words, amount, spell(unit)
+def _amounts(entries: Mapping[str, AmountEntry], draft: _Draft) -> Iterator[Amount]:
+    """Yield what a person can check of a statement."""
+    for words, entry in entries.items():
+        value = parse(entry.value)
+        draft.check_names(value)
+        unit = dimension_of(value, draft.units) or Dimension(1.0, (), "1")
+        least = quantity(entry.least, dimension("s"))
+        yield Amount(words, value, spell(unit), _condition(entry.when, draft), least)
 
 
 def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:

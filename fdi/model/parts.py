@@ -132,6 +132,21 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True)
+class Amount:
+    """A quantity over variables and parameters, in ``unit``, and ``when`` it is one.
+
+    In ``words`` a # stands for it. It is told of alarms that last for ``least``, s: what is brief
+    is an alarm because it stands out, and would be told as too much.
+    """
+
+    words: str
+    value: Expression
+    unit: str
+    when: Expression | None = None
+    least: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Equation:
     """A statement ``left = right`` among variables and parameters.
 
@@ -178,9 +193,8 @@ class Equation:
     says : str
         What is so where it is violated, a verb phrase whose subject is the component, or a whole
         clause where it concerns none.
-    amounts : tuple of (str, Expression, str)
-        What a person can check where it is violated: a phrase in which # stands for the quantity,
-        that quantity over variables and parameters, and its unit.
+    amounts : tuple of Amount
+        What a person can check where it is violated.
     """
 
     name: str
@@ -206,7 +220,7 @@ class Equation:
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
-    amounts: tuple[tuple[str, Expression, str], ...] = ()
+    amounts: tuple[Amount, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,6 +49,11 @@ def _text_entry(value: Any) -> Any:
     return {"text": value} if isinstance(value, str) else value
 
 
+def _value_entry(value: Any) -> Any:
+    """Return an amount that is written as its value alone as an entry."""
+    return {"value": value} if isinstance(value, str) else value
+
+
 def _one_or_many(value: Any) -> Any:
     """Return one entry as a list."""
     return value if isinstance(value, list) else [value]
@@ -105,6 +110,14 @@ class ParameterEntry(_Entry):
     description: str = ""
 
 
+class AmountEntry(_Entry):
+    """A quantity that a person can check, and where it is one."""
+
+    value: str
+    when: str | None = None
+    least: Quantity = 0.0
+
+
 class EquationEntry(_Entry):
     """An equation or equality."""
 
@@ -126,7 +139,7 @@ class EquationEntry(_Entry):
     always: bool = False
     command: bool = False
     says: Clause | None = None
-    amounts: dict[Amount, str] = {}
+    amounts: dict[Amount, Annotated[AmountEntry, BeforeValidator(_value_entry)]] = {}
 
 
 class LimitEntry(_Entry):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from fdi.model.expression import Expression, differential, regressed
-from fdi.model.parts import Component, Kind, Measurement, Side, Variable, read_by
+from fdi.model.parts import Amount, Component, Kind, Measurement, Side, Variable, read_by
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Copy, Request
@@ -58,7 +58,7 @@ class SystemEquation:
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()
-    amounts: tuple[tuple[str, Expression, str], ...] = ()
+    amounts: tuple[Amount, ...] = ()
     measurement: Measurement | None = None
     text: str = ""
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fdi.model.evaluate import Column, Floats, evaluate
+from fdi.model.evaluate import Column, Floats, evaluate, holds
 from fdi.model.expression import Expression, symbols
 from fdi.residuals.bank import Generator, Residuals
 from fdi.residuals.evaluate import (
@@ -29,19 +29,20 @@ UNSURE = ("noise", "late", "offset", "parameter")
 """The effects that make an amount uncertain."""
 
 
-class Amount(NamedTuple):
-    """A quantity over a flight, (n,), with its standard deviation, in ``unit``.
+class Told(NamedTuple):
+    """An amount over a flight, (n,), with its standard deviation, in ``unit``.
 
-    In ``words`` a # stands for it.
+    In ``words`` a # stands for it. Unknown, NaN, where it is none. For alarms of ``least`` s.
     """
 
     words: str
     value: Floats
     sigma: Floats
     unit: str
+    least: float
 
 
-def amounts(residuals: Residuals, generator: Generator) -> Iterator[Amount]:
+def amounts(residuals: Residuals, generator: Generator) -> Iterator[Told]:
     """Yield what the model states of the equation that a generator leaves over.
 
     What this generator does not compute on its way is left out.
@@ -64,13 +65,19 @@ def amounts(residuals: Residuals, generator: Generator) -> Iterator[Amount]:
         done[number] = compute_node(node, done, context)
         if len(node.variables) == 1:
             known[node.variables[0]] = done[number]
-    for words, expression, unit in stated:
-        names = [n for n in symbols(expression) if n in bank.system.variables]
+    for own in stated:
+        used = {*symbols(own.value), *(symbols(own.when) if own.when else ())}
+        names = [name for name in used if name in bank.system.variables]
         if not all(name in known for name in names):
             continue
         arguments = {name: known[name] for name in names}
-        arguments |= unsure_arguments([expression], context)
-        yield Amount(words, *_amount(expression, arguments, context.constants), unit)
+        arguments |= unsure_arguments([own.value], context)
+        value, sigma = _amount(own.value, arguments, context.constants)
+        if own.when is not None:
+            columns = {name: argument.column for name, argument in arguments.items()}
+            valid = holds(own.when, {**context.constants, **context.states, **columns})
+            value = np.where(valid, value, np.nan)
+        yield Told(own.words, value, sigma, own.unit, own.least)
 
 
 def _amount(

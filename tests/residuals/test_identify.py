@@ -157,7 +157,9 @@ def test_what_cannot_be_identified_is_one_problem_with_its_line(tmp_path, entry,
 
 def test_what_nothing_uses_is_not_identified(tmp_path):
     text = TEXT.replace("- gain*load - zero", "- gain*load")
-    with pytest.raises(ModelError, match="m.yaml:11: parameter 'zero' is identified, and in no eq"):
+    with pytest.raises(
+        ModelError, match=r"m.yaml:11: parameter 'zero' is identified, and in no eq"
+    ):
         airframe(tmp_path, text)
 
 
