@@ -23,7 +23,7 @@ WEIGHTS = Fitted(
     {
         "one": -4.0,
         "tests": 3.5,
-        "peak": 0.5,
+        "peak": 1.0,
         "alone": 2.5,
         "fit": 3.8,
         "near": 1.5,

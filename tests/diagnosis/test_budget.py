@@ -70,7 +70,7 @@ def test_new_noise_alarms_as_often_as_the_budget_says(budget):
         bounds,
         **{
             name: np.tile(getattr(bounds, name)[:, -1:], (1, count * LENGTH))
-            for name in ("noise", "spread", "mean_spread", "mean_bound")
+            for name in ("tolerance", "noise", "spread", "mean_spread", "mean_bound")
         },
         settled=np.ones(count * LENGTH, bool),
     )

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from fdi.diagnosis import diagnose
 from fdi.diagnosis.concerns import Tie, affected
-from fdi.diagnosis.features import SIMULTANEOUS_S
+from fdi.diagnosis.features import MOST, SIMULTANEOUS_S
 from fdi.diagnosis.hypotheses import inquire
 from fdi.diagnosis.naming import LINKED_S, POSSIBLE, name, possible
 from fdi.residuals import Bank
@@ -406,8 +406,8 @@ def test_what_weighed_most_is_told_with_its_sign_the_strongest_first():
     (finding,) = answer(pairs("gps", "x", (40, 100)), peak=20.0).findings
     parts = [term.weight for term in finding.because]
     assert [term.feature for term in finding.because] == ["tests", "fit", "peak"]
-    fit = 3.8 * 2 * np.log(20) / (1 + 2 * np.log(20))
-    assert parts == pytest.approx([3.5 * np.log(3), fit, 0.5 * np.log(20)])
+    fit = 3.8 * 2 * np.log(MOST) / (1 + 2 * np.log(MOST))
+    assert parts == pytest.approx([3.5 * np.log(3), fit, np.log(MOST)])
     healed = answer(pairs("gps", "x", (20, 50)), peak=20.0).findings[0]
     against = min(term.weight for term in healed.because)
     assert against == pytest.approx(-0.75 * np.log(51), abs=0.01)
