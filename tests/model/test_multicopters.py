@@ -15,6 +15,7 @@ from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Symbol, symbols
 from fdi.model.parts import Kind
+from fdi.telemetry.motors import motors_of
 
 # AP_MotorsMatrix.cpp, frames X: angle from the nose to the right, deg; sense, 1 like motor 1
 FRAMES = {
@@ -35,7 +36,10 @@ def mixer(name, turned=0.0):
 
 def outputs(name, works, thrust=0.4, turned=0.0, torque=(0.0, 0.0, 0.0)):
     """The thrust asked for that holds the vehicle where motors give shares ``works`` of it."""
-    mix = mixer(name, turned)
+    return asked(mixer(name, turned), works, thrust, torque)
+
+
+def asked(mix, works, thrust=0.4, torque=(0.0, 0.0, 0.0)):
     effect = mix.T @ np.diag(works) @ mix
     wanted = np.array([thrust * len(mix), *torque])
     return mix @ np.linalg.solve(effect, wanted)
@@ -59,14 +63,13 @@ def computed(name, given, wanted):
     return {variable: float(np.ravel(column(variable))[0]) for variable in wanted}
 
 
-def extras(name, u, turned=None):
-    """What motors are given beyond their share; of a frame that is not turned the model's own."""
+def extras(name, u, mix=None):
+    """What motors are given beyond their share, by the mixer of the model or another one."""
     count = len(FRAMES[name][0])
     given = {f"thrust_{i}": u[i - 1] for i in range(1, count + 1)}
-    if turned:
+    if mix is not None:
         for place, axis in enumerate(("roll", "pitch", "yaw"), 1):
-            factors = mixer(name, turned)[:, place]
-            given |= {f"mix_{axis}_{i}": factors[i - 1] for i in range(1, count + 1)}
+            given |= {f"mix_{axis}_{i}": mix[i - 1, place] for i in range(1, count + 1)}
     return np.array(
         list(computed(name, given, [f"extra_{i}" for i in range(1, count + 1)]).values())
     )
@@ -78,10 +81,35 @@ def extras(name, u, turned=None):
 def test_of_a_weak_motor_alone_it_is_said_that_it_is_given_more(name, motor, gives, turned):
     works = np.ones(len(FRAMES[name][0]))
     works[motor - 1] = gives
-    found = extras(name, outputs(name, works, turned=turned), turned)
+    mix = mixer(name, turned) if turned else None
+    found = extras(name, outputs(name, works, turned=turned), mix)
     assert np.argmax(found) == motor - 1
     assert found[motor - 1] > 0.05
     assert (np.delete(found, motor - 1) < 0.02).all()
+
+
+def mixer_of(frame_type):
+    told = {"FRAME_CLASS": 1.0, "FRAME_TYPE": float(frame_type)}
+    motors = motors_of(told, "ardupilot", "quad")
+    return np.array([[1.0, motor.roll, motor.pitch, motor.yaw] for motor in motors])
+
+
+@pytest.mark.parametrize("motor", [1, 2, 3, 4])
+@pytest.mark.parametrize("frame_type", [0, 1, 3, 12, 13, 14])
+def test_motors_of_another_order_are_judged_by_their_own_geometry(frame_type, motor):
+    """Betaflight 12, DJI 13, clockwise 14: there another motor stands opposite."""
+    mix, works = mixer_of(frame_type), np.ones(4)
+    works[motor - 1] = 0.7
+    found = extras("quadcopter", asked(mix, works), mix)
+    assert np.argmax(found) == motor - 1
+    assert (np.delete(found, motor - 1) < 0.02).all()
+
+
+def test_a_motor_that_makes_no_yaw_is_not_judged_by_it():
+    """The front motors of a V-tail: nothing is said of them rather than something wrong."""
+    mix = mixer_of(4)
+    found = extras("quadcopter", mix @ [0.4, 0.0, 0.0, 0.02], mix)
+    assert np.isnan(found[mix[:, 3] == 0]).all()
 
 
 @pytest.mark.parametrize("name", FRAMES)

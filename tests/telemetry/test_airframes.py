@@ -6,9 +6,6 @@ import struct
 import pytest
 
 import fdi
-from fdi.model import load_airframe
-from fdi.model.evaluate import holds
-from fdi.model.expression import symbols
 from fdi.telemetry.airframes import frame_of
 
 from .build import Flight, mav, record
@@ -109,14 +106,3 @@ def test_the_frame_is_told_where_no_model_knows_it(tmp_path):
     path.write_bytes(Flight(kind=mav.MAV_TYPE_TRICOPTER).bytes())
     told = " / ".join(fdi.analyze(path).warnings)
     assert "no shipped model is made for a vehicle of type tricopter: any_vehicle knows" in told
-
-
-@pytest.mark.parametrize(("number", "is_tested"), [(1.0, True), (4.0, False), (12.0, False)])
-def test_where_motors_are_numbered_otherwise_none_is_judged_by_its_neighbours(number, is_tested):
-    """V-tail 4, Betaflight 12: what opposite motors do is no evidence there."""
-    quad = load_airframe("quadcopter")
-    (equation,) = [e for e in quad.equations if e.name == "motor_1_given_more"]
-    known = dict.fromkeys(symbols(equation.when), 0.5)  # all motors run
-    known |= {name: p.value for name, p in quad.parameters.items() if name in known}
-    known |= {"airborne": True, "step": 0.1, "frame_type": number}
-    assert bool(holds(equation.when, known)) is is_tested
