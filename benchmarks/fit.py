@@ -41,7 +41,7 @@ STATED: Final[Mapping[str, tuple[ModuleType, tuple[float, float]]]] = {
     "ENOUGH": (naming, (0.35, 0.7)),  # a probability: twice it would accuse nobody
     "PENALTY": (fitting, (0.5, 2.0)),
     "AFTER": (fitting, (3, 12)),
-    "MOST": (features, (2.0, 8.0)),
+    "MOST": (features, (2.5, 10.0)),
     "WELL": (features, (0.25, 1.0)),
 }
 """Where each number is stated, and what is tried instead of it."""

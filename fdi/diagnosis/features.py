@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fdi.diagnosis.concerns import Concerns, Tie
 from fdi.model.evaluate import Floats
 
-MOST: Final = 4.0
+MOST: Final = 5.0
 """Times its threshold; more says no more: so far beyond noise only what the model leaves out could
 have made it, and that does not get less likely."""
 LEAST: Final = 0.05
