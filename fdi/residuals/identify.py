@@ -25,8 +25,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
-from scipy.stats import t as student
 
 from fdi.model.evaluate import Floats
 from fdi.model.system import ParameterValue
@@ -207,12 +205,14 @@ def fit_linear(blocks: Floats, widths: Floats) -> Fit:
     >>> fit.value.round(3).item(), fit.std.round(3).item(), fit.wanders.round(3).item()
     (1.0, 0.1, 0.158)
     """
+    from scipy.special import ndtri, stdtrit  # half a second that most vehicles do not need
+
     inliers, noise, fewer = _scatter(blocks, widths)
     wrong, slopes = (inliers / (noise * fewer))[:, 0], (inliers / (noise * fewer))[:, 1:]
     covariance = np.asarray(np.linalg.inv(slopes.T @ slopes + np.diag(widths**-2.0)), np.float64)
     # few blocks tell their own scatter badly
     free = max(len(inliers) - len(widths), 1)
-    wider = student.ppf(TWO_SIGMA, free) / norm.ppf(TWO_SIGMA)
+    wider = float(stdtrit(free, TWO_SIGMA) / ndtri(TWO_SIGMA))
     std = np.minimum(wider * np.sqrt(np.diag(covariance)), widths)
     slope = np.sqrt((inliers[:, 1:] ** 2).mean(axis=0))
     wanders = np.divide(noise, slope, out=np.zeros(len(slope)), where=slope > 0)
