@@ -41,7 +41,10 @@ def test_a_motor_on_two_outputs_is_told(tmp_path):
     told = " / ".join(found.warnings)
     assert "SERVO1_FUNCTION and SERVO3_FUNCTION are both motor 1: nothing is said of" in told
     assert "no output is motor 3: nothing is said of what it is given" in told
-    assert not {"mot_0", "ext_1", "ext_2"} & {e.name for e in found.system.equations}
+    equations = found.system.equations
+    assert not {"mot_0", "thr_0", "bal_roll", "bal_yaw"} & {e.name for e in equations}
+    used = {equations[i].name for g in found.bank.generators for i in g.equations}
+    assert not {"ext_1", "ext_2", "idl_1", "motor_1_given_more"} & used
 
 
 def test_vehicle_without_a_model_of_its_own_is_told(tmp_path):
