@@ -72,7 +72,8 @@ def amounts(residuals: Residuals, generator: Generator) -> Iterator[Told]:
             continue
         arguments = {name: known[name] for name in names}
         arguments |= unsure_arguments([own.value], context)
-        value, sigma = _amount(own.value, arguments, context.constants)
+        size = len(residuals.t)
+        value, sigma = _amount(own.value, arguments, context.constants, size)
         if own.when is not None:
             columns = {name: argument.column for name, argument in arguments.items()}
             valid = holds(own.when, {**context.constants, **context.states, **columns})
@@ -81,10 +82,11 @@ def amounts(residuals: Residuals, generator: Generator) -> Iterator[Told]:
 
 
 def _amount(
-    expression: Expression, arguments: Mapping[str, Value], constants: Mapping[str, Column]
+    expression: Expression,
+    arguments: Mapping[str, Value],
+    constants: Mapping[str, Column],
+    size: int,
 ) -> tuple[Floats, Floats]:
-    size = len(next(iter(arguments.values())).column) if arguments else 1
-
     def compute(columns: Mapping[str, Column]) -> Floats:
         value = evaluate(expression, {**constants, **columns})
         return np.asarray(np.broadcast_to(value, size), np.float64)

@@ -38,6 +38,7 @@ equalities:
       "it shows # of the load": "force/(gain*load)"
       "# too much": "left"
       "of # elsewhere": elsewhere
+      "# is assumed": gain
       "# when strong": {value: left, when: "force > 11.5"}
 measurements:
   VFR_HUD:
@@ -74,6 +75,11 @@ def test_amounts_are_told_with_unit_and_uncertainty(tmp_path):
 def test_a_parameter_that_is_not_exact_makes_them_less_sure(tmp_path):
     found = told(tmp_path, gain_std=0.2)["# too much"]
     assert found.sigma == pytest.approx(np.sqrt(0.3**2 + 0.2**2 + (5 * 0.2) ** 2))
+
+
+def test_a_constant_is_as_long_as_the_flight(tmp_path):
+    value = told(tmp_path)["# is assumed"].value
+    assert value.tolist() == [2.0] * 50
 
 
 def test_where_it_is_no_amount_it_is_unknown(tmp_path):
