@@ -26,6 +26,12 @@ PICTURES: Final = ("png", "svg", "pdf")
     is_flag=True,
     help="Say which messages that LOG lacks (without LOG: which sensors) would show more.",
 )
+@click.option(
+    "--against",
+    metavar="OLDER",
+    shell_complete=model_names,
+    help="Say what MODEL adds to this older one: equations, tests, faults detected and told apart.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 @click.option(
     "--figure",
@@ -34,7 +40,12 @@ PICTURES: Final = ("png", "svg", "pdf")
     help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
 )
 def structure(
-    model: str, log: str | None, placing: bool, as_json: bool, figure: Path | None
+    model: str,
+    log: str | None,
+    placing: bool,
+    against: str | None,
+    as_json: bool,
+    figure: Path | None,
 ) -> int:
     """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
     kind = figure.suffix.lower().lstrip(".") if figure is not None else ""
@@ -42,24 +53,32 @@ def structure(
         raise UsageError(
             f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
         )
+    if placing and against is not None:
+        raise UsageError("--place and --against answer two questions", hint="ask one at a time")
     from fdi.decision import load_policy
     from fdi.methods.columns import with_columns
     from fdi.methods.table import methods_of
-    from fdi.model import load_airframe
-    from fdi.model.placement import place
-    from fdi.report.model_document import model_document, study
+    from fdi.model import Airframe, load_airframe
+    from fdi.model.placement import Placement, place
+    from fdi.report.model_document import ModelStudy, model_document, study
+    from fdi.report.model_gain import gain_document, model_gain
     from fdi.telemetry import read
 
     airframe = load_airframe(model)
+    older = None if against is None else load_airframe(against)
     recorded = None if log is None else read(log)
     silent: tuple[str, ...] = ()
     if recorded is not None:
         recorded, silent = with_columns(recorded, methods_of(load_policy("default").methods))
     name = None if recorded is None else recorded.name
-    placement = place(airframe, recorded) if placing else None
-    system = airframe.observe(recorded)
-    system = replace(system, warnings=(*silent, *system.warnings))
-    found = study(airframe, system, name, placement)
+
+    def studied(one: Airframe, placement: Placement | None = None) -> ModelStudy:
+        system = one.observe(recorded)
+        system = replace(system, warnings=(*silent, *system.warnings))
+        return study(one, system, name, placement)
+
+    found = studied(airframe, place(airframe, recorded) if placing else None)
+    gain = None if older is None else model_gain(studied(older), found)
     if figure is not None:
         from fdi.report import write_file
         from fdi.report.figures import isolability_figure
@@ -72,7 +91,12 @@ def structure(
 
         for line in found.warnings:
             complain(f"fdi: warning: {line}")
-        answer(json_text(model_document(found)))
+        bought = {} if gain is None else {"against": gain_document(gain)}
+        answer(json_text({**model_document(found), **bought}))
+    elif gain is not None:
+        from fdi.report.model_gain_text import gain_summary
+
+        show(gain_summary(gain))
     else:
         from fdi.report import model_summary
 

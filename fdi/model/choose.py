@@ -31,7 +31,7 @@ def choose_model(log: Log) -> str:
         raise ModelError(
             f"no shipped model is made for a vehicle of type {log.vehicle!r}",
             where=log.name,
-            hint=f"choose one with --model: {known}, or a file of your own",
+            hint=f"choose one with --model: {known}, or a file of your own (docs/airframe.md)",
         )
     return fitting[0]
 

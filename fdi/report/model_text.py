@@ -95,7 +95,8 @@ def _undetectable(found: ModelStudy) -> Iterator[RenderableType]:
 def why_undetectable(found: ModelStudy) -> Mapping[str, str]:
     """Return for every undetectable fault why no residual generator sees it."""
     system = found.system
-    under = set(structure.decompose(system.structure()).under.equations)
+    model = system.structure()
+    under = {model.equations[e] for e in structure.decompose(model).under.equations}
     result = {}
     for place, fault in enumerate(system.faults):
         if found.implementable.detectable[place]:
@@ -108,13 +109,21 @@ def why_undetectable(found: ModelStudy) -> Mapping[str, str]:
                 else ("no minimal test holds it")
             )
         else:
-            names = ", ".join(system.equations[fault.equation].edges)
-            short = (
-                "more unknowns than equations" if fault.equation in under else "nothing to spare"
-            )
+            equation = system.equations[fault.equation]
+            known = {*system.inputs, *_determined_without(model, equation.name)}
+            unsaid = [name for name in equation.edges if name not in known]
+            names = ", ".join(unsaid or equation.edges)
+            short = "more unknowns than equations" if equation.name in under else "nothing to spare"
             why = f"nothing else says what {names} must be ({short})"
         result[fault.name] = clean(why)
     return result
+
+
+def _determined_without(model: structure.Model, name: str) -> set[str]:
+    """Return the unknowns that the other equations of a model determine."""
+    rest = structure.submodel(model, [e for e, one in enumerate(model.equations) if one != name])
+    parts = structure.decompose(rest)
+    return {rest.unknowns[u] for u in (*parts.over.unknowns, *parts.just.unknowns)}
 
 
 def _groups(found: ModelStudy) -> Iterator[RenderableType]:
