@@ -48,8 +48,8 @@ def test_a_motor_on_two_outputs_is_told(tmp_path):
 
 
 def test_vehicle_without_a_model_of_its_own_is_told(tmp_path):
-    kind = mav.MAV_TYPE_OCTOROTOR
-    found = analysed(tmp_path / "octa.tlog", kind=kind, functions={1: 34}, later={})
+    kind = mav.MAV_TYPE_HELICOPTER
+    found = analysed(tmp_path / "heli.tlog", kind=kind, functions={1: 34}, later={})
     told = " / ".join(found.warnings)
-    assert "no shipped model is made for a vehicle of type octa" in told
+    assert "no shipped model is made for a vehicle of type helicopter" in told
     assert "output" not in told

@@ -5,8 +5,8 @@ with this telemetry and the faults that they bring, such that every name is defi
 fits.
 YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 
-- ``load.py``, ``yaml.py``, ``repeat.py``, ``schema.py``, ``definitions.py``: from files to
-  definitions
+- ``load.py``, ``yaml.py``, ``columns.py``, ``repeat.py``, ``schema.py``, ``definitions.py``: from
+  files to definitions
 - ``cache.py``, ``codec.py``: an assembled airframe on disk
 - ``assemble.py``: from definitions to an airframe, all problems reported together
 - ``airframe.py``, ``parts.py``: the values

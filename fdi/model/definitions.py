@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
+from fdi.model.columns import Row
 from fdi.model.parts import ModelFile
 from fdi.model.yaml import Document, Place
 
@@ -39,7 +41,8 @@ class Definition:
 class Definitions:
     """All entries of a file and of what it includes, by section and name, in reading order.
 
-    ``folder`` is that of the first file, ``files`` is what was read.
+    ``folder`` is that of the first file, ``files`` is what was read, ``rows`` are those of a file's
+    ``for``, and ``taken`` those of the file that includes it, where it takes columns from there.
     """
 
     folder: Path
@@ -50,6 +53,8 @@ class Definitions:
     digest: Any = field(default_factory=hashlib.sha256)
     looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)
     checksums: dict[Path, str] = field(default_factory=dict)
+    rows: dict[Path, Sequence[Row]] = field(default_factory=dict)
+    taken: dict[Path, Sequence[Row]] = field(default_factory=dict)
     open_files: list[Path] = field(default_factory=list)
     files: list[ModelFile] = field(default_factory=list)
 

@@ -4,19 +4,21 @@ In: a name of a shipped model or a path. Out: an :class:`~fdi.model.airframe.Air
 ``ModelError`` that reports all problems together, each with file, line and reason. An included file
 is looked for beside the file that names it, then beside the first file, then among the shipped
 models, and never comes from outside the first file's folder and these: a copied folder of models
-includes its own files. A second definition of anything is an error unless the file extends the one
-that made the first, from which it may also remove some.
+includes its own files. It may take the columns of its ``for`` from the file that names it. A second
+definition of anything is an error unless the file extends the one that made the first, from which
+it may also remove some.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
+from fdi.model.columns import Row, rows_of, taken
 from fdi.model.definitions import SECTIONS, Definition, Definitions
 from fdi.model.parts import ModelFile
 from fdi.model.repeat import repeated
@@ -86,21 +88,32 @@ def load_airframe(name: str | Path) -> Airframe:
     return airframe
 
 
-def _read(path: Path, label: str, found: Definitions) -> AirframeFile | None:
-    """Read a file and what it names, deepest first; None where problems were noted."""
+def _read(
+    path: Path, label: str, found: Definitions, given: Sequence[Row] = ()
+) -> AirframeFile | None:
+    """Read a file and what it names, deepest first; None where problems were noted.
+
+    ``given`` are the rows of the file that names it.
+    """
     resolved = path.resolve()
     if resolved in found.checksums:  # a file that two others include counts once
+        if given and found.taken.get(resolved, given) != given:
+            found.problems.append(f"{label}: is included twice, for other rows")
         found.looked[path] = (resolved, found.checksums[resolved])
         return None
     if len(found.checksums) + len(found.open_files) >= MAX_FILES:
         raise ModelError(f"includes more than {MAX_FILES} files", where=label)
     try:
-        document = repeated(read_document(path, label))
+        written = read_document(path, label)
+        rows, document = rows_of(written, given), repeated(written, given)
     except ModelError as error:
         found.problems.extend(error.problems)
         return None
     found.looked[path] = (resolved, document.sha256)
     found.digest.update(bytes.fromhex(document.sha256))
+    found.rows[resolved] = rows
+    if taken(written):
+        found.taken[resolved] = given
     spec = _check_shape(document, found)
     if spec is not None:
         found.open_files.append(resolved)
@@ -175,7 +188,7 @@ def _follow(
         elif resolved in found.open_files:
             found.problems.append(f"{where}: {target!r} includes itself")
         else:
-            _read(candidate, target, found)
+            _read(candidate, target, found, found.rows[path.resolve()])
         return
     found.problems.append(f"{where}: {target!r} is not found beside the file or among the models")
 

@@ -64,7 +64,7 @@ HOSTILE = {
     "sin(*x)": "Starred",
     "sin()": "takes 1 arguments",
     "sin(x, y)": "takes 1 arguments",
-    "max(x)": "takes 2 to 8",
+    "max(x)": "takes 2 to 12",
     "atan2(x)": "takes 2 arguments",
     "9**9**9**9": "exponent",
     "x**y": "exponent must be a number",

@@ -1,8 +1,4 @@
-"""What the multicopter models say of outputs, against the geometry of ArduPilot's frames.
-
-A controller mixes thrust, roll, pitch and yaw; a motor that gives less than asked makes it
-ask for more. The mixes are solved here from the frames' angles, which the models never see.
-"""
+"""What the multicopter models say of outputs, against the geometry of ArduPilot's frames."""
 
 from functools import cache
 
@@ -17,32 +13,11 @@ from fdi.model.expression import Symbol, symbols
 from fdi.model.parts import Kind
 from fdi.telemetry.motors import motors_of
 
-# AP_MotorsMatrix.cpp, frames X: angle from the nose to the right, deg; sense, 1 like motor 1
-FRAMES = {
-    "quadcopter": ([45, -135, -45, 135], [1, 1, -1, -1]),
-    "hexacopter": ([90, -90, -30, 150, 30, -150], [1, -1, 1, -1, -1, 1]),
-}
+from .mixers import FRAMES, asked, mixer, outputs
+
 MOTORS = [(name, k) for name, (angles, _) in FRAMES.items() for k in range(1, len(angles) + 1)]
 EACH_MOTOR = pytest.mark.parametrize(("name", "motor"), MOTORS)
 model = cache(load_airframe)
-
-
-def mixer(name, turned=0.0):
-    """(n, 4): what each output gets of thrust, roll, pitch and yaw; ``turned`` makes an X a +."""
-    angles, senses = (np.array(part, float) for part in FRAMES[name])
-    angles = np.radians(angles + turned)
-    return np.stack([np.ones_like(angles), -np.sin(angles), np.cos(angles), senses], axis=1)
-
-
-def outputs(name, works, thrust=0.4, turned=0.0, torque=(0.0, 0.0, 0.0)):
-    """The thrust asked for that holds the vehicle where motors give shares ``works`` of it."""
-    return asked(mixer(name, turned), works, thrust, torque)
-
-
-def asked(mix, works, thrust=0.4, torque=(0.0, 0.0, 0.0)):
-    effect = mix.T @ np.diag(works) @ mix
-    wanted = np.array([thrust * len(mix), *torque])
-    return mix @ np.linalg.solve(effect, wanted)
 
 
 def computed(name, given, wanted):
@@ -105,6 +80,19 @@ def test_motors_of_another_order_are_judged_by_their_own_geometry(frame_type, mo
     assert (np.delete(found, motor - 1) < 0.02).all()
 
 
+@pytest.mark.parametrize("motor", range(1, 9))
+@pytest.mark.parametrize("gives", [0.8, 0.6])
+def test_of_two_motors_on_one_arm_the_weak_one_is_told_by_its_yaw(gives, motor):
+    """Of an octaquad, whose motors 1 and 6 share an arm; for a model of one's own."""
+    motors = motors_of({"FRAME_CLASS": 4.0, "FRAME_TYPE": 1.0}, "ardupilot", "other")
+    mix = np.array([[1.0, one.roll, one.pitch, one.yaw] for one in motors])
+    works = np.ones(8)
+    works[motor - 1] = gives
+    found = extras("octocopter", asked(mix, works), mix)
+    assert np.argmax(found) == motor - 1
+    assert (np.delete(found, motor - 1) < 0.02).all()
+
+
 def test_a_motor_that_makes_no_yaw_is_not_judged_by_it():
     """The front motors of a V-tail: nothing is said of them rather than something wrong."""
     mix = mixer_of(4)
@@ -155,6 +143,30 @@ def test_an_output_is_told_against_the_mean_of_all(name, motor):
     assert found[f"idle_{motor}"] == pytest.approx(0.02 / mean)
     other = next(i for i in range(1, count + 1) if i not in (motor, opposite))
     assert found[f"idle_{other}"] > 0.5
+
+
+@EACH_MOTOR
+def test_an_output_is_taken_back_by_the_controller_only_where_its_opposite_gives_the_double(
+    name, motor
+):
+    angles = FRAMES[name][0]
+    (opposite,) = (k for k, angle in enumerate(angles, 1) if abs(angle - angles[motor - 1]) == 180)
+    for busy in set(range(1, len(angles) + 1)) - {motor}:
+        given = {f"u_{i}": 0.3 for i in range(1, len(angles) + 1)}
+        given |= {f"u_{busy}": 0.6, f"u_{motor}": 0.0}
+        own = computed(name, given, [f"own_{motor}"])[f"own_{motor}"]
+        assert own == (1.0 if busy == opposite else 0.0)
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_where_no_frame_is_told_the_motors_are_those_of_the_x(name):
+    mix = mixer(name)[:, 1:3]
+    values = {k: p.value for k, p in model(name).parameters.items() if k.startswith("mix_")}
+    for place, axis in enumerate(("roll", "pitch")):
+        told = [values[f"mix_{axis}_{i}"] for i in range(1, len(mix) + 1)]
+        assert told == pytest.approx(mix[:, place] / abs(mix[:, place]).max())
+    turns = np.array([values[f"mix_yaw_{i}"] for i in range(1, len(mix) + 1)])
+    assert abs(turns @ mixer(name)[:, 3]) == len(mix)
 
 
 @EACH_MOTOR

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from fdi.errors import ModelError
 from fdi.model import load_airframe
-from fdi.model.repeat import MAX_ROWS, repeated
+from fdi.model.columns import MAX_ROWS
+from fdi.model.repeat import repeated
 from fdi.model.yaml import parse_document
 
 SHORT = """format: 1
@@ -106,7 +107,31 @@ def test_a_column_that_is_not_there_is_told_with_its_line():
     ("text", "problem"),
     [
         ("v:\n  x_{i}: 1\n", "m.yaml:2: v.x_{i}: 'i' is no column of 'for'"),
-        ("for: [1]\n", "m.yaml:1: for: must be columns, such as {i: [1, 2, 3, 4]}"),
+        (
+            "for: [1]\n",
+            "m.yaml:1: for: must be columns, such as {i: [1, 2, 3, 4]}, or a list of words",
+        ),
+        (
+            "for: [i, o]\n",
+            "m.yaml:1: for: no file that includes this one gives the column 'i', 'o'",
+        ),
+        ("v: {x: 'sum(u_{j} for j)'}\n", "m.yaml:1: v.x: 'for j': 'for' has no row"),
+        (
+            "for: {i: [1]}\nv:\n  x_{i}: 'max(u_{j} for j but {i})'\n",
+            "m.yaml:3: v.x_{i}: 'for j': 'for' has no row left",
+        ),
+        (
+            "for: {i: [1, 2]}\nv:\n  x: 'sum(u_{i} for i)'\n",
+            "m.yaml:3: v.x: 'for i': 'i' is a column, take another word",
+        ),
+        (
+            "for: {i: [1, 2]}\nv:\n  x: 'sum(u_{j} for j but 3)'\n",
+            "m.yaml:3: v.x: 'for j but': 'for' has no row '3'",
+        ),
+        (
+            "for: {i: [1, 2]}\nv:\n  x: 'sum(u_{i}*v_{j} for j)'\n",
+            "m.yaml:3: v.x: {i} stands for nothing: the entry's name lacks it",
+        ),
         (
             "for:\n  i: [1, 2]\n  o: [2]\n",
             "m.yaml:1: for: columns must be equally long: i has 2, o has 1",
@@ -152,3 +177,81 @@ def test_a_small_file_does_not_become_a_huge_one():
         f'  x{n}_{{i}}: "{"{i}" * 50}"\n' for n in range(100)
     )
     assert told(text) == ["m.yaml:10: repetition makes more than 1000000 characters"]
+
+
+@pytest.mark.parametrize(
+    ("short", "full"),
+    [
+        ("sum(a_{j}*b_{j} for j) - c", "(a_1*b_1 + a_2*b_2 + a_3*b_3) - c"),
+        ("mean(a_{j} for j)", "((a_1 + a_2 + a_3)/3)"),
+        ("min(abs(a_{j} - (b)) for j)", "min(abs(a_1 - (b)), abs(a_2 - (b)), abs(a_3 - (b)))"),
+        ("x*max(a_{j} for j) > max(c, d)", "x*max(a_1, a_2, a_3) > max(c, d)"),
+        ("sum(sum(a_{j}*a_{k} for j but 1) for k but 3)",
+         "((a_2*a_1 + a_3*a_1) + (a_2*a_2 + a_3*a_2))"),
+        ("sum(a_{j} for j) + max(a_{j} for j but 1 and 2)", "(a_1 + a_2 + a_3) + (a_3)"),
+        ("the mean (of what is there for all)", "the mean (of what is there for all)"),
+    ],
+)  # fmt: skip
+def test_a_call_over_all_rows_is_the_call_written_out(short, full):
+    text = f"for: {{i: [1, 2, 3], w: [a, b, c]}}\nv: {{x: '{short}'}}\n"
+    assert repeated(parse_document(text, "m")).tree["v"]["x"] == full
+
+
+def test_in_a_repeated_entry_a_call_may_leave_out_its_own_row_and_others():
+    text = "for: {i: [1, 2, 3], o: [3, 1, 2]}\nv:\n  x_{i}: 'sum(u_{j}/u_{i} for j but {i}, {o})'\n"
+    assert repeated(parse_document(text, "m")).tree["v"] == {
+        "x_1": "(u_2/u_1)",
+        "x_2": "(u_3/u_2)",
+        "x_3": "(u_1/u_3)",
+    }
+
+
+def test_calls_within_calls_do_not_make_a_small_file_a_huge_one():
+    """Six of them over 32 rows are 10^9 terms."""
+    names = "abcdef"
+    product = "*".join(f"u_{{{name}}}" for name in names)
+    short = "sum(" * len(names) + product + "".join(f" for {name})" for name in names)
+    text = f"for: {{i: {list(range(MAX_ROWS))}}}\nv: {{x: '{short}'}}\n"
+    assert told(text) == ["m.yaml:2: repetition makes more than 1000000 characters"]
+
+
+PART = """format: 1
+name: part
+for: [i, o]
+variables:
+  u_{i}: {unit: "1"}
+equations:
+  k_{i}: {text: "u_{i} = u_{o} + mean(u_{j} for j)"}
+"""
+WHOLE = "format: 1\nname: whole\ninclude: [part.yaml]\nfor: {i: [1, 2], o: [2, 1], extra: [5, 6]}\n"
+
+
+def written(folder, **files):
+    for name, text in files.items():
+        (folder / f"{name}.yaml").write_text(text)
+    return folder / f"{next(iter(files))}.yaml"
+
+
+def test_an_included_file_takes_the_columns_of_the_one_that_includes_it(tmp_path):
+    short = load_airframe(written(tmp_path, whole=WHOLE, part=PART))
+    full = PART.replace("for: [i, o]", "for: {i: [1, 2], o: [2, 1]}")
+    other = load_airframe(written(tmp_path, other=full.replace("name: part", "name: whole")))
+    assert short.equations == other.equations
+    assert list(short.variables) == ["u_1", "u_2"]
+
+
+def test_a_file_that_takes_columns_is_told_which_are_missing(tmp_path):
+    path = written(tmp_path, whole=WHOLE.replace(", o: [2, 1]", ""), part=PART)
+    with pytest.raises(ModelError) as raised:
+        load_airframe(path)
+    assert raised.value.problems[0] == (
+        "part.yaml:3: for: no file that includes this one gives the column 'o'"
+    )
+
+
+def test_a_file_is_not_included_for_two_sets_of_rows(tmp_path):
+    second = WHOLE.replace("name: whole", "name: second").replace("[1, 2]", "[3, 4]")
+    first = WHOLE.replace("[part.yaml]", "[part.yaml, second.yaml]")
+    with pytest.raises(ModelError) as raised:
+        load_airframe(written(tmp_path, whole=first, part=PART, second=second))
+    assert list(raised.value.problems) == ["part.yaml: is included twice, for other rows"]

@@ -44,6 +44,7 @@ def rotors(*places):
 
 
 RING = [(math.cos(math.pi * i / 3), math.sin(math.pi * i / 3)) for i in range(6)]
+EIGHT = [(math.cos(math.pi * i / 4), math.sin(math.pi * i / 4)) for i in range(8)]
 
 
 @pytest.mark.parametrize(
@@ -55,6 +56,9 @@ RING = [(math.cos(math.pi * i / 3), math.sin(math.pi * i / 3)) for i in range(6)
         ("hexa", rotors(*RING), ("hexa", "")),
         ("quad", rotors(*RING), ("hexa", "")),
         ("hexa", rotors(*RING[::2], *RING[::2]), ("other", "coaxial copter with 6 rotors")),
+        ("quad", rotors(*EIGHT), ("octa", "")),
+        ("octa", rotors(*EIGHT), ("octa", "")),
+        ("octa", rotors(*EIGHT[::2], *EIGHT[::2]), ("other", "coaxial copter with 8 rotors")),
         ("quad", rotors(*RING[:5]), ("other", "copter with 5 rotors")),
         ("hexa", {"CA_ROTOR_COUNT": 6.0}, ("hexa", "")),
         ("quad", {"CA_ROTOR_COUNT": math.nan}, ("quad", "")),

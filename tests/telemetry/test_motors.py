@@ -130,7 +130,10 @@ def test_px4_tells_where_its_rotors_are_and_which_way_they_turn():
 
 @pytest.mark.parametrize(
     ("start", "vehicle", "same"),
-    [(4001, "quad", "1/1"), (5001, "quad", "1/0"), (6001, "hexa", "2/1"), (7001, "hexa", "2/0")],
+    [
+        *((4001, "quad", "1/1"), (5001, "quad", "1/0"), (6001, "hexa", "2/1")),
+        *((7001, "hexa", "2/0"), (8001, "octa", "3/1"), (9001, "octa", "3/0")),
+    ],
 )
 def test_older_px4_has_the_frames_of_ardupilot(start, vehicle, same):
     """quad_x, quad_plus, hex_x and hex_plus of its mixers."""
