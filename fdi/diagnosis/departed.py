@@ -52,7 +52,7 @@ def departed(residuals: Residuals) -> Departed | None:
     """Return how a flight departs from what the policy has learned; None where it does not."""
     parameters = residuals.bank.system.parameters
     found = departure(parameters)
-    if found is None:
+    if found is None or not found.rare:
         return None
     tests = sorted(_tests(residuals), key=lambda one: -one.value)
     names = sorted(found.distances, key=lambda name: -abs(found.distances[name]))

@@ -74,9 +74,8 @@ def with_learned(system: System, learned: Mapping[str, Estimate], *, where: str 
             continue
         low, high = own[name].bounds or (nan, nan)
         if low <= told.value <= high:
-            std = min(told.std, own[name].width)
             found[name] = replace(
-                own[name], value=told.value, std=std, source="policy", learned=told
+                own[name], value=told.value, std=told.std, source="policy", learned=told
             )
         else:
             problems.append(

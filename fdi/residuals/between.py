@@ -8,12 +8,13 @@ between flights are large.
 
 A later flight lies off the mean by that spread and by the error of the mean. Few flights tell their
 scatter badly, so this deviation is wider by Student's t until two of it hold 95 % of later flights;
-it is never wider than that over all vehicles, which the model states. One flight tells no scatter:
-the deviation is the model's.
+it is never wider than between any two flights of any vehicles, which the model states. One flight
+tells no scatter: the deviation is that.
 
 A flight departs from what others taught where its own values, taken together, are farther off than
-all but a twentieth of healthy flights: the sum of the squared distances, each over the deviations
-of both, against the chi-squared distribution. Values of one flight are taken to err independently.
+all but a twentieth of healthy flights: each distance over the deviations of both is turned into the
+normal one that is as rare, and the sum of their squares has a chi-squared distribution. Values of
+one flight are taken to err independently.
 
 References
 ----------
@@ -34,6 +35,8 @@ from fdi.model.system import Estimate, ParameterValue
 
 TELLING: Final = 0.5
 """Share of the model's width: a flight that leaves more repeats the prior, and tells nothing."""
+ROUNDED: Final = 1e-3
+"""A policy file holds four digits."""
 RARE: Final = 0.05
 """Share of healthy flights: chosen, what two deviations leave out for one parameter."""
 TWO_SIGMA: Final = 0.975
@@ -75,24 +78,22 @@ def random_effects(values: Sequence[float], errors: Sequence[float]) -> Effects:
     return Effects(mean, float(error), float(np.sqrt(max(total - within.mean(), 0.0))))
 
 
-def expected(values: Sequence[float], errors: Sequence[float], widest: float) -> Estimate:
+def expected(values: Sequence[float], errors: Sequence[float], width: float) -> Estimate:
     """Return what a later flight may expect of a parameter.
 
     Parameters
     ----------
     values, errors : (k,) float
         Of k flights, at least one; standard errors.
-    widest : float
+    width : float
         Standard deviation over all vehicles.
     """
-    from scipy.special import ndtri, stdtrit
-
     effects, count = random_effects(values, errors), len(values)
+    most = widest(count, width)
     if count < 2:
-        return Estimate(effects.mean, widest, count)
-    wider = float(stdtrit(count - 1, TWO_SIGMA) / ndtri(TWO_SIGMA))
-    std = min(wider * float(np.hypot(effects.spread, effects.error)), widest)
-    return Estimate(effects.mean, std, count)
+        return Estimate(effects.mean, most, count)
+    std = _wider(count) * float(np.hypot(effects.spread, effects.error))
+    return Estimate(effects.mean, min(std, most), count)
 
 
 def learned_parameters(flights: Sequence[Mapping[str, ParameterValue]]) -> dict[str, Estimate]:
@@ -121,26 +122,63 @@ def tells(parameter: ParameterValue) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """That a flight is not what others taught: so small a share of healthy ones are as far off.
+    """How far a flight is from what others taught, and the share of healthy ones as far off.
 
-    ``distances``: of its own value from the learned one by parameter, over the deviations of both.
+    ``distances``: of its own value from the learned one by parameter, as a normal value's from its
+    mean in standard deviations.
     """
 
     share: float
     distances: Mapping[str, float]
 
+    @property
+    def rare(self) -> bool:
+        """Return whether so few healthy flights are as far off that this is told."""
+        return self.share < RARE
+
 
 def departure(parameters: Mapping[str, ParameterValue]) -> Departure | None:
-    """Return by how much a flight departs from what others taught; None where it does not."""
-    from scipy.special import chdtrc
-
+    """Return how far a flight is from what others taught; None where nothing was learned."""
     distances = {}
     for name, own in parameters.items():
         if own.learned is not None and own.flight is not None:
-            off = own.flight.value - own.learned.value
-            unsure = np.hypot(own.flight.std, min(own.learned.std, own.width))
-            distances[name] = float(off / unsure)
-    if not distances:
-        return None
-    share = float(chdtrc(len(distances), sum(one**2 for one in distances.values())))
-    return Departure(share, distances) if share < RARE else None
+            unsure = np.hypot(own.flight.std, own.learned.std)
+            off = float((own.flight.value - own.learned.value) / unsure)
+            distances[name] = as_normal(off, own.learned, own.width)
+    return Departure(share_beyond(list(distances.values())), distances) if distances else None
+
+
+def as_normal(distance: float, learned: Estimate, width: float) -> float:
+    """Return the distance, in learned deviations, that is as rare for normal values.
+
+    Where the deviation was learned, Student's t has longer tails than its two deviations tell;
+    where it is the model's, the values are normal.
+    """
+    from scipy.special import ndtri, stdtr
+
+    if learned.flights < 2 or learned.std > (1 - ROUNDED) * widest(learned.flights, width):
+        return distance
+    tail = float(stdtr(learned.flights - 1, -abs(distance) * _wider(learned.flights)))
+    return float(np.copysign(ndtri(tail), distance))
+
+
+def share_beyond(distances: Sequence[float]) -> float:
+    """Return the share of healthy flights that are as far off, all distances together."""
+    from scipy.special import chdtrc
+
+    return float(chdtrc(len(distances), np.square(distances).sum()))
+
+
+def widest(flights: int, width: float) -> float:
+    """Return the most that a later flight may be off the mean of flights, if all differ alike.
+
+    ``width``: the standard deviation over all vehicles.
+    """
+    return width * float(np.sqrt(1 + 1 / flights))
+
+
+def _wider(flights: int) -> float:
+    """Return by how much so few flights widen what two deviations hold."""
+    from scipy.special import ndtri, stdtrit
+
+    return float(stdtrit(flights - 1, TWO_SIGMA) / ndtri(TWO_SIGMA))

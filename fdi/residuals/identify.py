@@ -121,7 +121,8 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             found[name] = value
             if value.source != "identified" and not value.learned:
                 told.append(f"{name} not identified: the flight's beginning is beyond its bounds")
-    if departure(found) is not None:
+    off = departure(found)
+    if off is not None and off.rare:
         found = {n: _kept(bank.system.parameters[n], value) for n, value in found.items()}
     parameters = {**bank.system.parameters, **found}
     warnings = (*bank.system.warnings, *told)
