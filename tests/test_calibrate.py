@@ -12,10 +12,13 @@ from fdi.decision import load_policy
 from fdi.decision.learned import MARGIN, MOST, Reached, learned_from
 from fdi.decision.policy import policy_text
 from fdi.errors import ModelError, UsageError
+from fdi.model.system import Estimate
 from fdi.model.yaml import read_document
+from fdi.report.text import summary
 
 ALFA = [SHARED / "alfa" / f"no_failure_{number}.tlog" for number in (2, 4, 5)]
 OLD_COPTER = SHARED / "healthy" / "copter_2013.tlog"
+COPTER = SHARED / "sitl" / "copter"
 needs_flights = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
 
 
@@ -60,7 +63,10 @@ def test_written_policy_is_read_back(tmp_path):
     assert load_policy(path).decision == replace(policy.decision, learned={})
     from fdi.decision.policy import Calibration
 
-    policy = replace(policy, calibration=Calibration("quadcopter", "quad", ("a.bin",), 0.5))
+    parameters = {"yaw_trim": Estimate(-0.07, 0.15, 3)}
+    policy = replace(
+        policy, calibration=Calibration("quadcopter", "quad", ("a.bin",), 0.5, parameters)
+    )
     path.write_text(policy_text(policy))
     found = load_policy(path)
     assert found.calibration == policy.calibration
@@ -97,6 +103,77 @@ def test_a_fault_is_still_found_by_a_policy_of_other_flights(tmp_path):
     assert read_document(path).tree["calibration"]["flights"] == [p.name for p in ALFA]
     failed = analyze(SHARED / "alfa" / "engine_failure.tlog", policy=path)
     assert failed.findings[0].component == "engine"
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    """A policy of four healthy flights of the simulated quadcopter."""
+    names = ("c01_ref_slow_line", "c02_hover_calm", "c03_ref_square_wind", "c04_loiter_sticks_wind")
+    found = calibrate([COPTER / f"{name}.tlog" for name in names], name="simulated")
+    path = tmp_path_factory.mktemp("policy") / "simulated.yaml"
+    path.write_text(policy_text(found.policy))
+    return path
+
+
+@needs_flights
+def test_parameters_of_healthy_flights_stand_in_the_policy(simulated):
+    """A simulated vehicle has no trims, and flies alike."""
+    parameters = read_document(simulated).tree["calibration"]["parameters"]
+    assert list(parameters) == ["roll_trim", "pitch_trim", "yaw_trim"]
+    for one in parameters.values():
+        assert one["flights"] == 4
+        assert abs(one["value"]) < 0.01
+        assert 0 < one["std"] < 0.01
+
+
+@needs_flights
+def test_a_motor_weak_from_the_beginning_is_named_by_what_others_taught(simulated):
+    """The window begins when it gives 0.85 of its output already: by itself it is no change."""
+    log, window = COPTER / "c11_motor2_x0.85.tlog", (44.0, 150.0)
+    assert "motor_2" not in {f.component for f in analyze(log, window=window).findings}
+    found = analyze(log, window=window, policy=simulated)
+    assert [f.component for f in found.findings] == ["motor_2"]
+    document = found.document()
+    own = document["model"]["parameters"]["yaw_trim"]
+    assert (own["source"], own["value"]) == ("policy", own["learned"]["value"])
+    assert own["flight"]["value"] == pytest.approx(0.35, abs=0.02)
+    assert document["departed"]["tests"][0]["component"] == "motor_2"
+    assert "Unlike the flights that the policy was learned from" in summary(found)
+
+
+@needs_flights
+def test_a_healthy_flight_is_as_the_others(simulated):
+    found = analyze(COPTER / "c06_strong_gusts.tlog", policy=simulated)
+    assert not found.findings
+    assert found.document()["departed"] is None
+    own = found.system.parameters["roll_trim"]
+    assert own.source == "identified"
+    assert own.std <= own.learned.std
+
+
+@needs_flights
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("mass: {value: 1, std: 1, flights: 2}", "no parameter 'mass' to identify in quadcopter"),
+        (
+            "roll_trim: {value: 0.7, std: 0.1, flights: 2}",
+            r"the value 0.7 of roll_trim is not within the bounds \[-0.4, 0.4\]",
+        ),
+        (
+            "roll_trim: {value: 0, std: 0, flights: 2}",
+            "parameters.roll_trim.std: Input sho",
+        ),
+        ("roll_trim: {value: 0, std: 1, flights: 0}", "parameters.roll_trim.flights: Input sho"),
+        ("roll_trim: {value: 0, std: 1}", "parameters.roll_trim.flights: Field required"),
+    ],
+)
+def test_parameters_that_cannot_be_are_one_line(simulated, tmp_path, entry, said):
+    head, _, rest = simulated.read_text().partition("  parameters:\n")
+    path = tmp_path / "edited.yaml"
+    path.write_text(f"{head}  parameters:\n    {entry}\n{rest[rest.index('  tests:') :]}")
+    with pytest.raises(ModelError, match=said):
+        analyze(COPTER / "c02_hover_calm.tlog", policy=path)
 
 
 @needs_flights
