@@ -1,10 +1,13 @@
 """What healthy flights teach, and whom they may not teach anything."""
 
+import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
 from flights import SHARED
+from jsonschema import validate
 
 from fdi.analysis import analyze
 from fdi.calibrate import calibrate
@@ -127,7 +130,7 @@ def test_parameters_of_healthy_flights_stand_in_the_policy(simulated):
 
 
 @needs_flights
-def test_a_motor_weak_from_the_beginning_is_named_by_what_others_taught(simulated):
+def test_a_motor_weak_from_the_beginning_is_named_by_what_others_taught(simulated, tmp_path):
     """The window begins when it gives 0.85 of its output already: by itself it is no change."""
     log, window = COPTER / "c11_motor2_x0.85.tlog", (44.0, 150.0)
     assert "motor_2" not in {f.component for f in analyze(log, window=window).findings}
@@ -138,7 +141,12 @@ def test_a_motor_weak_from_the_beginning_is_named_by_what_others_taught(simulate
     assert (own["source"], own["value"]) == ("policy", own["learned"]["value"])
     assert own["flight"]["value"] == pytest.approx(0.35, abs=0.02)
     assert document["departed"]["tests"][0]["component"] == "motor_2"
-    assert "Unlike the flights that the policy was learned from" in summary(found)
+    schema = json.loads(files("fdi.report").joinpath("analysis.schema.json").read_text())
+    validate(document, schema)
+    report = (found.report(tmp_path / "out", ["html"]) / "report.html").read_text()
+    for text in (summary(found), report):
+        assert "Unlike the flights that the policy was learned from" in text
+    assert "4 earlier flights: " in report
 
 
 @needs_flights
