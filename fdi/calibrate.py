@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import Final
 
-from fdi.chain import residuals_of
+from fdi.chain import Chain, residuals_of
 from fdi.decision import Policy, load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
@@ -47,7 +48,8 @@ Progress = Callable[[str, float], None]
 class Flown:
     """One healthy log: its residuals, what its tests reached, its hours in the air.
 
-    ``priors``, ``parameters``: what is to be identified, before and after.
+    ``priors``, ``parameters``: what is to be identified, before and after. ``frame``: what the log
+    tells of where motors stand and turn, by parameter.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Flown:
     reached: Mapping[str, Reached]
     priors: Mapping[str, ParameterValue]
     parameters: Mapping[str, ParameterValue]
+    frame: Mapping[str, float]
     hours: float
     warnings: tuple[str, ...]
 
@@ -178,9 +181,20 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
         found,
         priors,
         parameters,
+        _frame(chain),
         seconds / 3600.0,
         (*warnings, *_not_told(log.name, parameters)),
     )
+
+
+def _frame(chain: Chain) -> dict[str, float]:
+    """Return the factors of the motors that a log tells, by parameter."""
+    own = {name for name, parameter in chain.airframe.parameters.items() if parameter.frame}
+    return {
+        name: p.value
+        for name, p in chain.system.parameters.items()
+        if name in own and p.source == "log" and isfinite(p.value)
+    }
 
 
 def _not_told(name: str, parameters: Mapping[str, ParameterValue]) -> Iterator[str]:
@@ -207,6 +221,13 @@ def _same_vehicle(first: Flown, other: Flown) -> None:
         if one != two:
             raise UsageError(
                 f"is of another {what} ({two}) than {first.name} ({one})",
+                where=other.name,
+                hint="calibrate each vehicle by itself",
+            )
+    for name in first.frame.keys() & other.frame.keys():
+        if first.frame[name] != other.frame[name]:
+            raise UsageError(
+                f"has another frame than {first.name}",
                 where=other.name,
                 hint="calibrate each vehicle by itself",
             )

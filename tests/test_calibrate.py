@@ -10,7 +10,8 @@ from flights import SHARED
 from jsonschema import validate
 
 from fdi.analysis import analyze
-from fdi.calibrate import calibrate
+from fdi.calibrate import Flown, _frame, _same_vehicle, calibrate
+from fdi.chain import residuals_of
 from fdi.decision import load_policy
 from fdi.decision.learned import MARGIN, MOST, Reached, learned_from
 from fdi.decision.policy import policy_text
@@ -18,6 +19,7 @@ from fdi.errors import ModelError, UsageError
 from fdi.model.system import Estimate
 from fdi.model.yaml import read_document
 from fdi.report.text import summary
+from fdi.telemetry import read
 
 ALFA = [SHARED / "alfa" / f"no_failure_{number}.tlog" for number in (2, 4, 5)]
 OLD_COPTER = SHARED / "healthy" / "copter_2013.tlog"
@@ -188,6 +190,22 @@ def test_parameters_that_cannot_be_are_one_line(simulated, tmp_path, entry, said
 def test_another_vehicle_is_refused():
     with pytest.raises(UsageError, match=r"another vehicle \(quad\) than no_failure_2.tlog"):
         calibrate([ALFA[0], SHARED / "sitl" / "copter" / "c02_hover_calm.tlog"])
+
+
+@needs_flights
+def test_another_frame_is_refused():
+    """The same model serves both; their trims have nothing to do with each other."""
+    folder = SHARED / "motor_stop"
+    with pytest.raises(UsageError, match=r"quad-plus_m2m4.bin: has another frame than quad-x_m1"):
+        _same_vehicle(*(flown(folder / f"{name}.bin") for name in ("quad-x_m1", "quad-plus_m2m4")))
+
+
+def flown(path):
+    """A flight as far as it tells of which vehicle it is."""
+    chain = residuals_of(read(path))
+    log = chain.log
+    model = chain.airframe.name
+    return Flown(log.name, log.vehicle, model, chain.residuals, {}, {}, {}, _frame(chain), 0.1, ())
 
 
 @needs_flights

@@ -46,8 +46,9 @@ def calibrate(
     how far a later flight may differ. What was wrong before take-off shows against those. Three
     flights are few, five are better; one tells no spread between flights.
 
-    Prints what was learned of parameters, and how often these flights are accused now, and by a policy that was learned from the
-    others. Refused is a flight that ends with an impact, or on which a component is accused by far.
+    Prints what was learned of parameters, and how often these flights are accused now, and by a
+    policy that was learned from the others. Refused is a flight that ends with an impact, or on
+    which a component is accused by far.
     """
     if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")
