@@ -117,12 +117,16 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             )
             told.append(f"{', '.join(names)} not identified: {why}")
             continue
-        for name, value in zip(names, _fitted(blocks, priors), strict=True):
-            found[name] = value
-            if value.source != "identified" and not value.learned:
-                told.append(f"{name} not identified: the flight's beginning is beyond its bounds")
+        found |= zip(names, _fitted(blocks, priors), strict=True)
     off = departure(found)
-    if off is not None and off.rare:
+    rare = off is not None and off.rare
+    told += [
+        f"{name} not identified: the flight's beginning is beyond "
+        + ("two deviations of what was learned" if value.learned else "its bounds")
+        for name, value in found.items()
+        if value.source != "identified" and not (rare and value.learned)
+    ]
+    if rare:
         found = {n: _kept(bank.system.parameters[n], value) for n, value in found.items()}
     parameters = {**bank.system.parameters, **found}
     warnings = (*bank.system.warnings, *told)

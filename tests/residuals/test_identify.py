@@ -207,6 +207,27 @@ def test_a_fault_since_take_off_does_not_become_its_own_reference(bank, off):
     assert warnings == ()
 
 
+def test_parameters_are_far_off_together(bank):
+    """Each within two deviations; both at 1.9 of them is what few healthy flights have."""
+    off = {"gain": Estimate(GAIN - 0.19, 0.1), "zero": Estimate(ZERO - 0.19, 0.1)}
+    near = {"gain": Estimate(GAIN, 0.1), "zero": Estimate(ZERO - 0.19, 0.1)}
+    given_ = flown(bank)
+    assert [p.source for p in told(taught(bank, **off), given_)[:2]] == ["policy"] * 2
+    assert [p.source for p in told(taught(bank, **near), given_)[:2]] == ["identified"] * 2
+
+
+def test_one_parameter_is_not_adapted_beyond_two_learned_deviations(bank):
+    """At 2.3 of them, the other as learned: no few healthy flights, and still no reference."""
+    learned = {"gain": Estimate(GAIN, 0.1), "zero": Estimate(ZERO - 0.23, 0.1)}
+    gain, zero, warnings = told(taught(bank, **learned), flown(bank))
+    assert gain.source == "identified"
+    assert abs(zero.value - learned["zero"].value) <= 0.2
+    said = (
+        "zero not identified: the flight's beginning is beyond two deviations of what was learned"
+    )
+    assert warnings == (said,)
+
+
 def test_a_fault_since_take_off_is_judged_with_what_was_learned(bank):
     """And not taken for a test that does not fit the vehicle, as without."""
     given_ = flown(bank, off=lambda t: np.full(len(t), 0.3))
