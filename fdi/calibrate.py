@@ -1,8 +1,9 @@
 """What do healthy flights of one vehicle teach about its tests? The policy learned from them.
 
 In: logs of healthy flights of one vehicle, and a policy to begin with. Out: ``Calibrated``: that
-policy with the thresholds, stated bounds and constants of this vehicle, and the check of it: how
-often each flight is accused by the policy as it was, and by one learned from the others.
+policy with the thresholds, stated bounds, constants and identified parameters of this vehicle, and
+the check of it: how often each flight is accused by the policy as it was, and by one learned from
+the others.
 
 Refused are flights of other vehicles or under another model, and flights that are not healthy: that
 end with an impact, or on which a component is accused by far.
@@ -10,22 +11,27 @@ end with an impact, or on which a component is accused by far.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 from typing import Final
 
-from fdi.chain import residuals_of
+from fdi.chain import Chain, residuals_of
 from fdi.decision import Policy, load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
 from fdi.decision.judging import judge
-from fdi.decision.learned import Reached, learned_from, reached
+from fdi.decision.learned import Reached, learned_from, reached, rounded
 from fdi.decision.policy import Calibration
 from fdi.decision.recipes import PredictedSpread
 from fdi.diagnosis.answer import accusations, strongest
 from fdi.errors import LogError, UsageError
+from fdi.model.parameters import value_of, with_learned
+from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals import Residuals
+from fdi.residuals.between import learned_parameters, tells
+from fdi.residuals.identify import identified
 from fdi.telemetry import Log, read
 from fdi.telemetry.airtime import time_in_air, when_in_air
 
@@ -40,13 +46,20 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flown:
-    """One healthy log: its residuals, what its tests reached, its hours in the air."""
+    """One healthy log: its residuals, what its tests reached, its hours in the air.
+
+    ``priors``, ``parameters``: what is to be identified, before and after. ``frame``: what the log
+    tells of where motors stand and turn, by parameter.
+    """
 
     name: str
     vehicle: str
     model: str
     residuals: Residuals
     reached: Mapping[str, Reached]
+    priors: Mapping[str, ParameterValue]
+    parameters: Mapping[str, ParameterValue]
+    frame: Mapping[str, float]
     hours: float
     warnings: tuple[str, ...]
 
@@ -154,8 +167,40 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
         "health: is the flight healthy?"
         for component, onset, _ in accused
     )
-    hours = seconds / 3600.0
-    return Flown(log.name, log.vehicle, chain.airframe.name, residuals, found, hours, warnings)
+    priors = {
+        name: value_of(parameter, chain.log)
+        for name, parameter in chain.airframe.parameters.items()
+        if parameter.bounds is not None
+    }
+    parameters = {name: chain.system.parameters[name] for name in priors}
+    return Flown(
+        log.name,
+        log.vehicle,
+        chain.airframe.name,
+        residuals,
+        found,
+        priors,
+        parameters,
+        _frame(chain),
+        seconds / 3600.0,
+        (*warnings, *_not_told(log.name, parameters)),
+    )
+
+
+def _frame(chain: Chain) -> dict[str, float]:
+    """Return the factors of the motors that a log tells, by parameter."""
+    own = {name for name, parameter in chain.airframe.parameters.items() if parameter.frame}
+    return {
+        name: p.value
+        for name, p in chain.system.parameters.items()
+        if name in own and p.source == "log" and isfinite(p.value)
+    }
+
+
+def _not_told(name: str, parameters: Mapping[str, ParameterValue]) -> Iterator[str]:
+    untold = [n for n, p in parameters.items() if not tells(p)]
+    if untold:
+        yield f"{name}: teaches nothing of {', '.join(untold)}, which it does not tell"
 
 
 def _refuse_impacts(log: Log) -> None:
@@ -179,6 +224,13 @@ def _same_vehicle(first: Flown, other: Flown) -> None:
                 where=other.name,
                 hint="calibrate each vehicle by itself",
             )
+    for name in first.frame.keys() & other.frame.keys():
+        if first.frame[name] != other.frame[name]:
+            raise UsageError(
+                f"has another frame than {first.name}",
+                where=other.name,
+                hint="calibrate each vehicle by itself",
+            )
 
 
 def _taught(recipe: Policy, flown: Sequence[Flown], name: str) -> Policy:
@@ -192,7 +244,16 @@ def _taught(recipe: Policy, flown: Sequence[Flown], name: str) -> Policy:
         name=name,
         description=f"Learned from {len(flown)} healthy flights, {60 * hours:.0f} min in the air.",
         decision=replace(recipe.decision, learned=learned),
-        calibration=Calibration(flown[0].model, flown[0].vehicle, names, float(f"{hours:.4g}")),
+        calibration=Calibration(
+            flown[0].model,
+            flown[0].vehicle,
+            names,
+            rounded(hours),
+            {
+                key: Estimate(rounded(told.value), rounded(told.std), told.flights)
+                for key, told in learned_parameters([one.parameters for one in flown]).items()
+            },
+        ),
     )
 
 
@@ -204,6 +265,18 @@ def _checks(recipe: Policy, flown: Sequence[Flown]) -> list[Check]:
         after = None
         if others:
             taught = _taught(recipe, others, "others")
-            after = len(accusations(taught.decide(one.residuals)))
+            after = len(accusations(taught.decide(_again(one, taught))))
         checks.append(Check(one.name, one.hours, before, after))
     return checks
+
+
+def _again(one: Flown, taught: Policy) -> Residuals:
+    """Return the residuals of a flight with the parameters that others taught."""
+    bank, signals = one.residuals.bank, one.residuals.signals
+    assert taught.calibration is not None
+    parameters = {**bank.system.parameters, **one.priors}
+    system = with_learned(
+        replace(bank.system, parameters=parameters), taught.calibration.parameters
+    )
+    bank = identified(replace(bank, system=system), signals, taught.differentiation)
+    return bank.evaluate(signals, taught.differentiation)

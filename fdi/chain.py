@@ -18,6 +18,7 @@ from fdi.methods.columns import with_columns
 from fdi.methods.table import METHODS, methods_of
 from fdi.model import Airframe, System, load_airframe
 from fdi.model.choose import choose_model
+from fdi.model.parameters import with_learned
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.identify import identified
@@ -97,9 +98,12 @@ def residuals_of(
         system = airframe.observe(
             log, repeated=recipe.copies == "kept", commands=recipe.commands == "used"
         )
+    _check_model(recipe, airframe)
+    if recipe.calibration is not None:
+        system = with_learned(system, recipe.calibration.parameters, where=recipe.name)
     with stage("derive", 0.4):
         bank = cached_bank(system, recipe.tests)
-    _check(bank, log, recipe, airframe, chosen=str(model) == "auto")
+    _check(bank, log, chosen=str(model) == "auto")
     with stage("sample", 0.5):
         signals, lags = sample(
             log,
@@ -128,8 +132,8 @@ def _unknown_methods(airframe: Airframe, log: Log) -> Iterator[str]:
             )
 
 
-def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe, *, chosen: bool) -> None:
-    """Refuse a model without a test, and a policy that was learned for another model."""
+def _check(bank: Bank, log: Log, *, chosen: bool) -> None:
+    """Refuse a model without a test."""
     if not bank.generators:
         # where the log chose the model, nobody named a wrong one: the log holds too little
         raise (LogError if chosen else ModelError)(
@@ -137,6 +141,10 @@ def _check(bank: Bank, log: Log, recipe: Policy, airframe: Airframe, *, chosen: 
             where=bank.system.name,
             hint="; ".join(bank.system.warnings[:3]) or "choose another model with --model",
         )
+
+
+def _check_model(recipe: Policy, airframe: Airframe) -> None:
+    """Refuse a policy that was learned for another model."""
     learned = recipe.calibration
     if learned is not None and learned.model != airframe.name:
         raise ModelError(

@@ -1,21 +1,29 @@
 """What healthy flights teach, and whom they may not teach anything."""
 
+import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
 from flights import SHARED
+from jsonschema import validate
 
 from fdi.analysis import analyze
-from fdi.calibrate import calibrate
+from fdi.calibrate import Flown, _frame, _same_vehicle, calibrate
+from fdi.chain import residuals_of
 from fdi.decision import load_policy
 from fdi.decision.learned import MARGIN, MOST, Reached, learned_from
 from fdi.decision.policy import policy_text
 from fdi.errors import ModelError, UsageError
+from fdi.model.system import Estimate
 from fdi.model.yaml import read_document
+from fdi.report.text import summary
+from fdi.telemetry import read
 
 ALFA = [SHARED / "alfa" / f"no_failure_{number}.tlog" for number in (2, 4, 5)]
 OLD_COPTER = SHARED / "healthy" / "copter_2013.tlog"
+COPTER = SHARED / "sitl" / "copter"
 needs_flights = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
 
 
@@ -60,7 +68,10 @@ def test_written_policy_is_read_back(tmp_path):
     assert load_policy(path).decision == replace(policy.decision, learned={})
     from fdi.decision.policy import Calibration
 
-    policy = replace(policy, calibration=Calibration("quadcopter", "quad", ("a.bin",), 0.5))
+    parameters = {"yaw_trim": Estimate(-0.07, 0.15, 3)}
+    policy = replace(
+        policy, calibration=Calibration("quadcopter", "quad", ("a.bin",), 0.5, parameters)
+    )
     path.write_text(policy_text(policy))
     found = load_policy(path)
     assert found.calibration == policy.calibration
@@ -99,10 +110,102 @@ def test_a_fault_is_still_found_by_a_policy_of_other_flights(tmp_path):
     assert failed.findings[0].component == "engine"
 
 
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    """A policy of four healthy flights of the simulated quadcopter."""
+    names = ("c01_ref_slow_line", "c02_hover_calm", "c03_ref_square_wind", "c04_loiter_sticks_wind")
+    found = calibrate([COPTER / f"{name}.tlog" for name in names], name="simulated")
+    path = tmp_path_factory.mktemp("policy") / "simulated.yaml"
+    path.write_text(policy_text(found.policy))
+    return path
+
+
+@needs_flights
+def test_parameters_of_healthy_flights_stand_in_the_policy(simulated):
+    """A simulated vehicle has no trims, and flies alike."""
+    parameters = read_document(simulated).tree["calibration"]["parameters"]
+    assert list(parameters) == ["roll_trim", "pitch_trim", "yaw_trim"]
+    for one in parameters.values():
+        assert one["flights"] == 4
+        assert abs(one["value"]) < 0.01
+        assert 0 < one["std"] < 0.01
+
+
+@needs_flights
+def test_a_motor_weak_from_the_beginning_is_named_by_what_others_taught(simulated, tmp_path):
+    """The window begins when it gives 0.85 of its output already: by itself it is no change."""
+    log, window = COPTER / "c11_motor2_x0.85.tlog", (44.0, 150.0)
+    assert "motor_2" not in {f.component for f in analyze(log, window=window).findings}
+    found = analyze(log, window=window, policy=simulated)
+    assert [f.component for f in found.findings] == ["motor_2"]
+    document = found.document()
+    own = document["model"]["parameters"]["yaw_trim"]
+    assert (own["source"], own["value"]) == ("policy", own["learned"]["value"])
+    assert own["flight"]["value"] == pytest.approx(0.35, abs=0.02)
+    assert document["departed"]["tests"][0]["component"] == "motor_2"
+    schema = json.loads(files("fdi.report").joinpath("analysis.schema.json").read_text())
+    validate(document, schema)
+    report = (found.report(tmp_path / "out", ["html"]) / "report.html").read_text()
+    for text in (summary(found), report):
+        assert "Unlike the flights that the policy was learned from" in text
+    assert "4 earlier flights: " in report
+
+
+@needs_flights
+def test_a_healthy_flight_is_as_the_others(simulated):
+    found = analyze(COPTER / "c06_strong_gusts.tlog", policy=simulated)
+    assert not found.findings
+    assert found.document()["departed"] is None
+    own = found.system.parameters["roll_trim"]
+    assert own.source == "identified"
+    assert own.std <= own.learned.std
+
+
+@needs_flights
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("mass: {value: 1, std: 1, flights: 2}", "no parameter 'mass' to identify in quadcopter"),
+        (
+            "roll_trim: {value: 0.7, std: 0.1, flights: 2}",
+            r"the value 0.7 of roll_trim is not within the bounds \[-0.4, 0.4\]",
+        ),
+        (
+            "roll_trim: {value: 0, std: 0, flights: 2}",
+            "parameters.roll_trim.std: Input sho",
+        ),
+        ("roll_trim: {value: 0, std: 1, flights: 0}", "parameters.roll_trim.flights: Input sho"),
+        ("roll_trim: {value: 0, std: 1}", "parameters.roll_trim.flights: Field required"),
+    ],
+)
+def test_parameters_that_cannot_be_are_one_line(simulated, tmp_path, entry, said):
+    head, _, rest = simulated.read_text().partition("  parameters:\n")
+    path = tmp_path / "edited.yaml"
+    path.write_text(f"{head}  parameters:\n    {entry}\n{rest[rest.index('  tests:') :]}")
+    with pytest.raises(ModelError, match=said):
+        analyze(COPTER / "c02_hover_calm.tlog", policy=path)
+
+
 @needs_flights
 def test_another_vehicle_is_refused():
     with pytest.raises(UsageError, match=r"another vehicle \(quad\) than no_failure_2.tlog"):
         calibrate([ALFA[0], SHARED / "sitl" / "copter" / "c02_hover_calm.tlog"])
+
+
+@needs_flights
+def test_another_frame_is_refused():
+    """The same model serves both; their trims have nothing to do with each other."""
+    folder = SHARED / "motor_stop"
+    with pytest.raises(UsageError, match=r"quad-plus_m2m4.bin: has another frame than quad-x_m1"):
+        _same_vehicle(*(flown(folder / f"{name}.bin") for name in ("quad-x_m1", "quad-plus_m2m4")))
+
+
+def flown(path):
+    """A flight as far as it tells of which vehicle it is."""
+    chain = residuals_of(read(path))
+    log = chain.log
+    model = chain.airframe.name
+    return Flown(log.name, log.vehicle, model, chain.residuals, {}, {}, {}, _frame(chain), 0.1, ())
 
 
 @needs_flights

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,8 +42,13 @@ def calibrate(
 ) -> int:
     """Learn from LOGs of healthy flights of one vehicle how its tests behave.
 
-    Prints how often these flights are accused now, and by a policy that was learned from the
-    others. Refused is a flight that ends with an impact, or on which a component is accused by far.
+    Learned are thresholds, constants, and the parameters that the model identifies: their mean and
+    how far a later flight may differ. What was wrong before take-off shows against those. Three
+    flights are few, five are better; one tells no spread between flights.
+
+    Prints what was learned of parameters, and how often these flights are accused now, and by a
+    policy that was learned from the others. Refused is a flight that ends with an impact, or on
+    which a component is accused by far.
     """
     if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")
@@ -81,4 +86,13 @@ def _told(found: Calibrated, out: Path) -> str:
         lines.append(f"per flight hour: {before / hours:.1f} before, {left / hours:.1f} after")
     else:
         lines.append(f"per flight hour: {before / hours:.1f} before; one flight cannot be checked")
-    return "\n".join([*lines, clean(str(out)), ""])
+    return "\n".join([*lines, *_parameters(found), clean(str(out)), ""])
+
+
+def _parameters(found: Calibrated) -> Iterator[str]:
+    from fdi.report.words import clean, plural
+
+    learned = found.policy.calibration.parameters if found.policy.calibration else {}
+    for name, one in learned.items():
+        flights = plural(one.flights, "flight")
+        yield f"{clean(name)}: {one.value:.4g} +- {one.std:.2g} on a later flight, by {flights}"

@@ -184,7 +184,7 @@ def _unfit(
         begins = spread_factors(deviation, residuals.spread, first, block // 2)
         unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
     stands = _stands(size > tolerance, np.isfinite(size), reference)
-    unfit = np.where(limit | supports, stands, unfit) & ~always
+    unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)
     # where the constant that is allowed could not be learned, nothing is held against the test
     unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
     is_short = np.count_nonzero(reference) < TOLD * recipe.reference_s * rate_hz
@@ -192,6 +192,17 @@ def _unfit(
     unfit |= ~limit & has_constant & (equality & unlearned | is_short)
     unfit |= _spoiled(unfit & supports, residuals.bank)
     return np.asarray(unfit, bool)
+
+
+def _taught(residuals: Residuals) -> NDArray[np.bool_]:
+    """Return the tests that need parameters which other flights of the vehicle taught.
+
+    Then it is the flight that does not fit, and not the test.
+    """
+    unknown = [p for p in residuals.bank.system.parameters.values() if p.bounds is not None]
+    if not all(p.learned for p in unknown):
+        return np.zeros(len(residuals.values), bool)
+    return np.asarray((np.nan_to_num(residuals.unsure) > 0).any(axis=1))
 
 
 def _means(

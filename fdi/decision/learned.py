@@ -103,13 +103,13 @@ def learned_from(flights: Iterable[Mapping[str, Reached]]) -> dict[str, Learned]
         low, high = (min(centres), max(centres)) if len(centres) >= ENOUGH else (-np.inf, np.inf)
         wider = WIDER * (high - low) if np.isfinite(low) else 0.0
         result[key] = Learned(
-            _rounded(scale),
-            _rounded(MARGIN * max(one.size for one in own)),
-            (_rounded(low - wider), _rounded(high + wider)),
+            rounded(scale),
+            rounded(MARGIN * max(one.size for one in own)),
+            (rounded(low - wider), rounded(high + wider)),
         )
     return result
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
     """Return four significant digits: a person reads the file."""
     return float(f"{value:.4g}")

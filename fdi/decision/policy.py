@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
@@ -20,6 +20,7 @@ from fdi.decision.detectors import DETECTORS
 from fdi.decision.recipes import Learned, PredictedSpread, Rank
 from fdi.errors import ModelError, UsageError
 from fdi.methods.table import methods_of
+from fdi.model.system import Estimate
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.telemetry import Sampling
@@ -29,12 +30,16 @@ FOLDER = Path(__file__).parent / "policies"
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """From which flights, by names, of which model and kind of vehicle tests were learned."""
+    """From which flights, by names, of which model and kind of vehicle tests were learned.
+
+    ``parameters``: what these flights told of the model's parameters, by name.
+    """
 
     model: str
     vehicle: str
     flights: tuple[str, ...]
     hours: float
+    parameters: Mapping[str, Estimate] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,9 +219,15 @@ def _policy(spec: Any, digest: str) -> Policy:
         accuracies=spec.accuracies,
         commands=spec.commands,
         methods=tuple(spec.methods),
-        calibration=given
-        and Calibration(given.model, given.vehicle, tuple(given.flights), given.hours),
+        calibration=given and _calibration(given),
     )
+
+
+def _calibration(given: Any) -> Calibration:
+    parameters = {
+        name: Estimate(one.value, one.std, one.flights) for name, one in given.parameters.items()
+    }
+    return Calibration(given.model, given.vehicle, tuple(given.flights), given.hours, parameters)
 
 
 def _told(learned: Mapping[str, Any]) -> dict[str, Any]:

@@ -80,6 +80,14 @@ class LearnedEntry(_Entry):
     centre: tuple[float, float] | None = None
 
 
+class ParameterEntry(_Entry):
+    """What so many flights told of a parameter of the model, and its standard deviation."""
+
+    value: float
+    std: float = Field(gt=0)
+    flights: int = Field(ge=1)
+
+
 class CalibrationEntry(_Entry):
     """For which vehicle the tests were learned, and from what."""
 
@@ -87,6 +95,7 @@ class CalibrationEntry(_Entry):
     vehicle: str
     flights: list[str]
     hours: float = Field(gt=0)
+    parameters: dict[str, ParameterEntry] = {}
     tests: dict[str, LearnedEntry]
 
 

@@ -21,6 +21,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``explain.py``: the evidence for a finding in words
 - ``clearing.py``: who is ruled out, and how small a fault would have shown
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
+- ``departed.py``: whether the flight is unlike those that its policy was learned from
 - ``ending.py``: what was first where a flight ended badly
 - ``verdict.py``: the answer in words
 """

@@ -7,17 +7,19 @@ source says anything, the model's own value holds; where it has none, the parame
 NaN, and with it whatever needs it: a limit that the vehicle did not set is no test. Where the
 motors stand is told by the frame (``frame:``); a value counts only where the log names none, not
 where it names one that is not known. What is to be identified (``identify:``) is known to its prior
-and that one's width until then.
+and that one's width until then, or to what earlier flights of the vehicle told (`with_learned`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from math import isnan, nan
 
+from fdi.errors import ModelError
 from fdi.model.expression import Expression, symbols
 from fdi.model.parts import Equation, Measurement, Parameter, Source
-from fdi.model.system import ParameterValue
+from fdi.model.system import Estimate, ParameterValue, System
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.motors import motors_of, names_frame
@@ -41,9 +43,49 @@ def value_of(parameter: Parameter, log: Log | None) -> ParameterValue:
     own = nan if parameter.value is None else parameter.value
     if parameter.bounds is None:
         return ParameterValue(own, parameter.unit, "default")
-    low, high = parameter.bounds
-    std = (high - low) / 4  # bounds hold what two standard deviations hold
-    return ParameterValue(own, parameter.unit, "default", std, parameter.bounds, parameter.zero)
+    value = ParameterValue(own, parameter.unit, "default", None, parameter.bounds, parameter.zero)
+    return replace(value, std=value.width)
+
+
+def with_learned(system: System, learned: Mapping[str, Estimate], *, where: str = "") -> System:
+    """Return a system that knows of its parameters what earlier flights told.
+
+    Parameters
+    ----------
+    system : System
+    learned : mapping of str to Estimate
+        By parameter.
+    where : str
+        Who says so, for errors.
+
+    Raises
+    ------
+    ModelError
+        The model identifies no such parameter, or a value is not within its bounds.
+    """
+    if not learned:
+        return system
+    own = {n: p for n, p in system.parameters.items() if p.bounds is not None}
+    problems, found = [], dict[str, ParameterValue]()
+    for name, told in learned.items():
+        if name not in own:
+            known = f"identifies {', '.join(own)}" if own else "identifies none"
+            problems.append(f"no parameter {name!r} to identify in {system.name}, which {known}")
+            continue
+        low, high = own[name].bounds or (nan, nan)
+        if low <= told.value <= high:
+            found[name] = replace(
+                own[name], value=told.value, std=told.std, source="policy", learned=told
+            )
+        else:
+            problems.append(
+                f"the value {told.value:g} of {name} is not within the bounds [{low:g}, {high:g}] "
+                f"that {system.name} states"
+            )
+    if problems:
+        place = f"{where}: " if where else ""
+        raise ModelError.of([f"{place}calibration.parameters: {line}" for line in problems])
+    return replace(system, parameters={**system.parameters, **found})
 
 
 def _names_frame(log: Log) -> bool:

@@ -84,28 +84,50 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True)
+class Estimate:
+    """What ``flights`` tell of a parameter: its value, and one standard deviation of that."""
+
+    value: float
+    std: float
+    flights: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class ParameterValue:
-    """The value a parameter has in this system; ``source`` is default, log or identified.
+    """The value a parameter has in this system; ``source`` is default, log, identified or policy.
 
     Attributes
     ----------
     std : float or None
         How well a constant that is to be identified is known; None for one that counts as exact.
     bounds : (float, float) or None
-        Between which it is identified.
+        Between which it is identified, by the model.
     zero : str
         The variable that is zero where its value is right.
     wanders : float
         By how much it seems to go up and down, one sigma, for all that the model leaves out.
+    learned : Estimate or None
+        What healthy flights before this one told, by the policy.
+    flight : Estimate or None
+        What the beginning of this flight alone tells.
     """
 
     value: float
     unit: str
-    source: Literal["default", "log", "identified"]
+    source: Literal["default", "log", "identified", "policy"]
     std: float | None = None
     bounds: tuple[float, float] | None = None
     zero: str = ""
     wanders: float = 0.0
+    learned: Estimate | None = None
+    flight: Estimate | None = None
+
+    @property
+    def width(self) -> float:
+        """Return the standard deviation that the model's bounds state, over all vehicles."""
+        assert self.bounds is not None
+        low, high = self.bounds
+        return (high - low) / 4  # bounds hold what two standard deviations hold
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,9 @@ from typing import Any, Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, Size, runs
+from fdi.diagnosis.departed import departed
 from fdi.model import System
+from fdi.model.system import Estimate, ParameterValue
 from fdi.report.json_text import number
 from fdi.report.log_document import log_facts, moment, quality_rows
 from fdi.report.methods_document import methods_document
@@ -92,6 +94,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             for item in diagnosis.ruled_out
         ],
         "open": [{"component": item.component, "text": item.text} for item in diagnosis.open],
+        "departed": _departed(analysis),
         "ends": [_ending(item) for item in diagnosis.endings],
         "not_testable": [
             {"component": item.component, "text": item.text} for item in diagnosis.not_testable
@@ -101,6 +104,26 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "methods": methods_document(analysis),
         "warnings": list(analysis.warnings),
         "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _departed(analysis: Analysis) -> dict[str, Any] | None:
+    found = departed(analysis.residual_values)
+    if found is None:
+        return None
+    return {
+        "share": number(found.share),
+        "parameters": list(found.parameters),
+        "tests": [
+            {
+                "component": one.component,
+                "test": one.test,
+                "value": number(one.value),
+                "std": number(one.std),
+            }
+            for one in found.tests
+        ],
+        "text": found.text,
     }
 
 
@@ -136,16 +159,26 @@ def _model(analysis: Analysis) -> dict[str, Any]:
         "name": analysis.airframe.name,
         "sha256": analysis.airframe.sha256,
         "files": model_files(analysis.airframe),
-        "parameters": {
-            name: {
-                "value": number(value.value),
-                "unit": value.unit,
-                "source": value.source,
-                "std": number(value.std),
-            }
-            for name, value in analysis.system.parameters.items()
-        },
+        "parameters": {name: _parameter(p) for name, p in analysis.system.parameters.items()},
     }
+
+
+def _parameter(own: ParameterValue) -> dict[str, Any]:
+    entry: dict[str, Any] = {
+        "value": number(own.value),
+        "unit": own.unit,
+        "source": own.source,
+        "std": number(own.std),
+    }
+    if own.learned is not None:
+        entry["learned"] = _estimate(own.learned) | {"flights": own.learned.flights}
+        if own.flight is not None:
+            entry["flight"] = _estimate(own.flight)
+    return entry
+
+
+def _estimate(told: Estimate) -> dict[str, Any]:
+    return {"value": number(told.value), "std": number(told.std)}
 
 
 def _copies(system: System) -> list[dict[str, Any]]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding, Outlook
+from fdi.diagnosis.departed import departed
 from fdi.report.words import (
     accuracies,
     at,
@@ -117,6 +118,7 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     yield from _head(analysis)
     yield from _first(analysis)
     yield from _findings(analysis)
+    yield from _departed(analysis)
     yield from _consequences(analysis)
     yield from _methods(analysis)
     yield from _ruled_out(analysis)
@@ -126,6 +128,12 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     if folder is not None:
         yield heading("Report")
         yield text(f"  {folder}/")
+
+
+def _departed(analysis: Analysis) -> Iterator[RenderableType]:
+    found = departed(analysis.residual_values)
+    if found is not None:
+        yield from _list("Unlike the flights that the policy was learned from", [found.text])
 
 
 def _head(analysis: Analysis) -> Iterator[RenderableType]:

@@ -14,7 +14,8 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``regress.py``: by what factor one quantity follows another
 - ``latency.py``: how late sensors come, by the log
 - ``accuracy.py``: how accurate sensors say that they are, and how far they are believed
-- ``identify.py``: unknown parameters, by the flight's beginning
+- ``identify.py``: unknown parameters, by the flight's beginning; ``between.py``: how they differ
+  between healthy flights of one vehicle
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``amount.py``: how much it is, where a statement is violated

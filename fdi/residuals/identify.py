@@ -12,6 +12,11 @@ the two halves of the stretch contradict each other. What is left in the calmer 
 afterwards as noise: as if the parameter itself went up and down by so much. The bank's nodes do not
 depend on values, so nothing is derived again.
 
+Where healthy flights before this one have taught values (a policy of ``fdi calibrate``), those are
+the priors, and two of their deviations the bounds. Where this flight's own values, taken together,
+are as far from them as few healthy flights are (``between.py``), the learned ones hold: what was
+wrong before take-off must not become its own reference either.
+
 References
 ----------
 Ljung, System Identification, 1999, sections 7.4 (regularised least squares) and 9.6 (accuracy).
@@ -27,8 +32,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
-from fdi.model.system import ParameterValue
+from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals.bank import Bank
+from fdi.residuals.between import departure
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import Context, Value, compute_node, context_of
 from fdi.residuals.reads import needed_for
@@ -82,7 +88,8 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
     -------
     Bank
         The same nodes and generators; the parameters have the source ``identified``, a standard
-        deviation and how far they wander. Warnings tell which could not be, and why.
+        deviation and how far they wander, or ``policy`` where this flight contradicts earlier
+        ones. Warnings tell which could not be, and why.
     """
     groups: dict[str, list[str]] = {}
     for name, parameter in bank.system.parameters.items():
@@ -110,29 +117,59 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             )
             told.append(f"{', '.join(names)} not identified: {why}")
             continue
-        fit = fit_with_halves(blocks, np.array([prior.std for prior in priors], float))
-        for name, prior, *values in zip(
-            names, priors, fit.value, fit.std, fit.wanders, strict=True
-        ):
-            value = _within(prior, *map(float, values))
-            if value is None:
-                told.append(f"{name} not identified: the flight's beginning is beyond its bounds")
-            else:
-                found[name] = value
+        found |= zip(names, _fitted(blocks, priors), strict=True)
+    off = departure(found)
+    rare = off is not None and off.rare
+    told += [
+        f"{name} not identified: the flight's beginning is beyond "
+        + ("two deviations of what was learned" if value.learned else "its bounds")
+        for name, value in found.items()
+        if value.source != "identified" and not (rare and value.learned)
+    ]
+    if rare:
+        found = {n: _kept(bank.system.parameters[n], value) for n, value in found.items()}
     parameters = {**bank.system.parameters, **found}
     warnings = (*bank.system.warnings, *told)
     return replace(bank, system=replace(bank.system, parameters=parameters, warnings=warnings))
 
 
-def _within(
-    prior: ParameterValue, change: float, std: float, wanders: float
-) -> ParameterValue | None:
-    """Return an identified value, within its bounds; None where the flight contradicts these."""
+def _kept(before: ParameterValue, found: ParameterValue) -> ParameterValue:
+    """Return what earlier flights taught, with what this one tells, or else what was found."""
+    if before.learned is None:
+        return found
+    return replace(before, wanders=found.wanders, flight=found.flight)
+
+
+def _fitted(blocks: Floats, priors: Sequence[ParameterValue]) -> list[ParameterValue]:
+    """Return parameters of one variable with what this flight tells of them."""
+    own = fit_with_halves(blocks, np.array([prior.width for prior in priors]))
+    fit = own
+    if any(prior.learned for prior in priors):
+        fit = fit_with_halves(blocks, np.array([prior.std for prior in priors], float))
+    alone = [
+        replace(prior, flight=Estimate(prior.value + float(value), float(std)))
+        for prior, value, std in zip(priors, own.value, own.std, strict=True)
+    ]
+    return [
+        _within(prior, *map(float, values))
+        for prior, *values in zip(alone, fit.value, fit.std, fit.wanders, strict=True)
+    ]
+
+
+def _within(prior: ParameterValue, change: float, std: float, wanders: float) -> ParameterValue:
+    """Return an identified value, within its bounds; the prior where the flight contradicts these.
+
+    What was learned holds within two of its deviations, as the model's bounds hold those of the
+    prior.
+    """
     assert prior.bounds is not None
+    low, high = prior.bounds
+    if prior.learned and prior.std:
+        low, high = max(low, prior.value - 2 * prior.std), min(high, prior.value + 2 * prior.std)
     value = prior.value + change
-    inside = float(np.clip(value, *prior.bounds))
+    inside = float(np.clip(value, low, high))
     if abs(value - inside) > FAR * std:
-        return None
+        return prior
     return replace(prior, value=inside, source="identified", std=std, wanders=wanders)
 
 

@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from fdi.decision import load_policy
 from fdi.decision.bounds import learn
+from fdi.diagnosis.departed import departed
 from fdi.errors import ModelError
+from fdi.model.parameters import with_learned
+from fdi.model.system import Estimate
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.identify import STRETCH_S, fit_linear, fit_with_halves, identified
 from fdi.telemetry.airtime import SETTLING_S
@@ -161,6 +164,109 @@ def test_what_nothing_uses_is_not_identified(tmp_path):
         ModelError, match=r"m.yaml:11: parameter 'zero' is identified, and in no eq"
     ):
         airframe(tmp_path, text)
+
+
+def taught(bank, **learned):
+    """The bank with what earlier flights told."""
+    return replace(bank, system=with_learned(bank.system, learned))
+
+
+def test_what_was_learned_is_the_prior_of_what_the_flight_does_not_tell(bank):
+    """Without a load nothing tells the gain but the flights before."""
+    gain, zero, _ = told(taught(bank, gain=Estimate(2.2, 0.01, 5)), flown(bank, load=0.0))
+    assert (gain.value, gain.std) == (pytest.approx(2.2), pytest.approx(0.01))
+    assert zero.value == pytest.approx(ZERO, abs=0.05)
+    assert zero.learned is None
+
+
+def test_what_was_learned_makes_the_other_parameter_known(bank):
+    """Under a constant load the flight tells the sum of gain and zero, others the gain."""
+    learned = Estimate(GAIN, 0.01, 5)
+    gain, zero, _ = told(taught(bank, gain=learned), flown(bank, load=1.0))
+    assert zero.value == pytest.approx(ZERO, abs=0.05)
+    assert zero.std < 0.05
+    assert gain.source == "identified"
+
+
+def test_a_flight_within_the_learned_spread_is_identified(bank):
+    _, zero, _ = told(taught(bank, zero=Estimate(ZERO + 0.02, 0.05, 5)), flown(bank))
+    assert zero.source == "identified"
+    assert zero.value == pytest.approx(ZERO, abs=0.01)
+    assert zero.flight.value == pytest.approx(ZERO, abs=0.01)
+
+
+@pytest.mark.parametrize("off", [0.3, -0.3])
+def test_a_fault_since_take_off_does_not_become_its_own_reference(bank, off):
+    learned = Estimate(ZERO, 0.02, 5)
+    given_ = flown(bank, off=lambda t: np.full(len(t), off))
+    assert told(bank, given_)[1].value == pytest.approx(ZERO + off, abs=0.02)
+    _, zero, warnings = told(taught(bank, zero=learned), given_)
+    assert (zero.source, zero.value, zero.std) == ("policy", ZERO, 0.02)
+    # what the flight tells by itself is kept for a person to compare
+    assert zero.flight.value == pytest.approx(ZERO + off, abs=0.02)
+    assert warnings == ()
+
+
+def test_parameters_are_far_off_together(bank):
+    """Each within two deviations; both at 1.9 of them is what few healthy flights have."""
+    off = {"gain": Estimate(GAIN - 0.19, 0.1), "zero": Estimate(ZERO - 0.19, 0.1)}
+    near = {"gain": Estimate(GAIN, 0.1), "zero": Estimate(ZERO - 0.19, 0.1)}
+    given_ = flown(bank)
+    assert [p.source for p in told(taught(bank, **off), given_)[:2]] == ["policy"] * 2
+    assert [p.source for p in told(taught(bank, **near), given_)[:2]] == ["identified"] * 2
+
+
+def test_one_parameter_is_not_adapted_beyond_two_learned_deviations(bank):
+    """At 2.3 of them, the other as learned: no few healthy flights, and still no reference."""
+    learned = {"gain": Estimate(GAIN, 0.1), "zero": Estimate(ZERO - 0.23, 0.1)}
+    gain, zero, warnings = told(taught(bank, **learned), flown(bank))
+    assert gain.source == "identified"
+    assert abs(zero.value - learned["zero"].value) <= 0.2
+    said = (
+        "zero not identified: the flight's beginning is beyond two deviations of what was learned"
+    )
+    assert warnings == (said,)
+
+
+def test_a_fault_since_take_off_is_judged_with_what_was_learned(bank):
+    """And not taken for a test that does not fit the vehicle, as without."""
+    given_ = flown(bank, off=lambda t: np.full(len(t), 0.3))
+    learned = {"zero": Estimate(ZERO, 0.02, 5), "gain": Estimate(GAIN, 0.02, 5)}
+    row = [bank.system.equations[g.residual].name for g in bank.generators].index("balanced")
+    known = identified(taught(bank, **learned), given_, RECIPE).evaluate(given_, RECIPE)
+    recipe = load_policy("default").decision
+    assert np.median(np.abs(known.values[row])) == pytest.approx(0.3, abs=0.02)
+    assert not learn(known, recipe).unfit[row]
+    alone = identified(bank, given_, RECIPE).evaluate(given_, RECIPE)
+    assert np.median(np.abs(alone.values[row])) < 0.05
+
+
+def test_what_departs_is_told_with_the_test_that_is_farthest_off(bank):
+    given_ = flown(bank, off=lambda t: np.full(len(t), 0.3))
+    known = identified(taught(bank, zero=Estimate(ZERO, 0.02, 5)), given_, RECIPE)
+    found = departed(known.evaluate(given_, RECIPE))
+    assert found.parameters == ("zero",)
+    assert found.share < 0.01
+    assert found.tests[0].component == "gauge"
+    assert found.tests[0].value == pytest.approx(0.29, abs=0.02)  # beyond the tolerance of 0.01
+    assert "zero is 1.1" in found.text
+    assert "instead of 0.8 +- 0.02 on 5 flights" in found.text
+    assert departed(identified(bank, given_, RECIPE).evaluate(given_, RECIPE)) is None
+
+
+@pytest.mark.parametrize(
+    ("learned", "said"),
+    [
+        (
+            {"mass": Estimate(1.0, 0.1)},
+            "no parameter .mass. to identify in scale, which identifies zero",
+        ),
+        ({"gain": Estimate(3.5, 0.1)}, r"the value 3.5 of gain is not within the bounds \[1, 3\]"),
+    ],
+)
+def test_what_the_model_cannot_have_is_refused(bank, learned, said):
+    with pytest.raises(ModelError, match=said):
+        with_learned(bank.system, learned)
 
 
 def test_a_bank_without_unknown_parameters_is_left_alone(bank):
