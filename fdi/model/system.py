@@ -97,6 +97,9 @@ class ParameterValue:
         The variable that is zero where its value is right.
     wanders : float
         By how much it seems to go up and down, one sigma, for all that the model leaves out.
+    shares : tuple of (str, float)
+        Of what ``std`` is made: standard deviations that are independent of each other, each named
+        by a parameter, and shared with those identified together. Empty: its own alone.
     """
 
     value: float
@@ -106,6 +109,7 @@ class ParameterValue:
     bounds: tuple[float, float] | None = None
     zero: str = ""
     wanders: float = 0.0
+    shares: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -60,13 +60,14 @@ TWO_SIGMA: Final = 0.975
 class Fit:
     """What least squares made of k parameters, (k,) each, as differences from their priors.
 
-    ``wanders`` is by how much each would have to go up and down from block to block to explain what
-    no constant values do.
+    ``wanders`` is by how much each would have to go up and down from block to block to explain,
+    all together, what no constant values do. ``correlation``, (k, k): how they err together.
     """
 
     value: Floats
     std: Floats
     wanders: Floats
+    correlation: Floats
 
 
 def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
@@ -111,17 +112,35 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             told.append(f"{', '.join(names)} not identified: {why}")
             continue
         fit = fit_with_halves(blocks, np.array([prior.std for prior in priors], float))
-        for name, prior, *values in zip(
-            names, priors, fit.value, fit.std, fit.wanders, strict=True
-        ):
-            value = _within(prior, *map(float, values))
-            if value is None:
-                told.append(f"{name} not identified: the flight's beginning is beyond its bounds")
-            else:
-                found[name] = value
+        values = _of(names, priors, fit)
+        found |= {name: value for name, value in values.items() if value is not None}
+        told += [
+            f"{name} not identified: the flight's beginning is beyond its bounds"
+            for name, value in values.items()
+            if value is None
+        ]
     parameters = {**bank.system.parameters, **found}
     warnings = (*bank.system.warnings, *told)
     return replace(bank, system=replace(bank.system, parameters=parameters, warnings=warnings))
+
+
+def _of(
+    names: Sequence[str], priors: Sequence[ParameterValue], fit: Fit
+) -> dict[str, ParameterValue | None]:
+    """Return what a fit says of its parameters; None of what the flight contradicts."""
+    numbers = zip(fit.value, fit.std, fit.wanders, strict=True)
+    values = {
+        name: _within(prior, *map(float, row))
+        for name, prior, row in zip(names, priors, numbers, strict=True)
+    }
+    if len(names) == 1 or None in values.values():
+        return values
+    shares = fit.std[:, None] * np.linalg.cholesky(fit.correlation)
+    return {
+        name: replace(value, shares=tuple(zip(names, map(float, row), strict=True)))
+        for (name, value), row in zip(values.items(), shares, strict=True)
+        if value is not None
+    }
 
 
 def _within(
@@ -185,7 +204,7 @@ def fit_with_halves(blocks: Floats, widths: Floats) -> Fit:
     apart = np.abs(first.value - second.value)
     contradict = apart > FAR * np.hypot(first.std, second.std)
     std = np.where(contradict, np.clip(apart / 2, whole.std, widths), whole.std)
-    return Fit(whole.value, std, np.fmin(first.wanders, second.wanders))
+    return replace(whole, std=std, wanders=np.fmin(first.wanders, second.wanders))
 
 
 def fit_linear(blocks: Floats, widths: Floats) -> Fit:
@@ -213,10 +232,11 @@ def fit_linear(blocks: Floats, widths: Floats) -> Fit:
     # few blocks tell their own scatter badly
     free = max(len(inliers) - len(widths), 1)
     wider = float(stdtrit(free, TWO_SIGMA) / ndtri(TWO_SIGMA))
-    std = np.minimum(wider * np.sqrt(np.diag(covariance)), widths)
-    slope = np.sqrt((inliers[:, 1:] ** 2).mean(axis=0))
+    own = np.sqrt(np.diag(covariance))
+    std = np.minimum(wider * own, widths)
+    slope = np.sqrt(len(widths) * (inliers[:, 1:] ** 2).mean(axis=0))
     wanders = np.divide(noise, slope, out=np.zeros(len(slope)), where=slope > 0)
-    return Fit(-covariance @ slopes.T @ wrong, std, wanders)
+    return Fit(-covariance @ slopes.T @ wrong, std, wanders, covariance / np.outer(own, own))
 
 
 def _scatter(blocks: Floats, widths: Floats) -> tuple[Floats, float, float]:
