@@ -113,12 +113,12 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             continue
         fit = fit_with_halves(blocks, np.array([prior.std for prior in priors], float))
         values = _of(names, priors, fit)
-        found |= {name: value for name, value in values.items() if value is not None}
-        told += [
-            f"{name} not identified: the flight's beginning is beyond its bounds"
-            for name, value in values.items()
-            if value is None
-        ]
+        found |= values
+        if not values:
+            bounds = "its bounds" if len(names) == 1 else "their bounds"
+            told.append(
+                f"{', '.join(names)} not identified: the flight's beginning is beyond {bounds}"
+            )
     parameters = {**bank.system.parameters, **found}
     warnings = (*bank.system.warnings, *told)
     return replace(bank, system=replace(bank.system, parameters=parameters, warnings=warnings))
@@ -126,21 +126,20 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
 
 def _of(
     names: Sequence[str], priors: Sequence[ParameterValue], fit: Fit
-) -> dict[str, ParameterValue | None]:
-    """Return what a fit says of its parameters; None of what the flight contradicts."""
+) -> dict[str, ParameterValue]:
+    """Return what a fit says of its parameters, nothing where the flight contradicts one of them.
+
+    What fits the others holds with that one only.
+    """
     numbers = zip(fit.value, fit.std, fit.wanders, strict=True)
-    values = {
-        name: _within(prior, *map(float, row))
-        for name, prior, row in zip(names, priors, numbers, strict=True)
-    }
-    if len(names) == 1 or None in values.values():
-        return values
     shares = fit.std[:, None] * np.linalg.cholesky(fit.correlation)
-    return {
-        name: replace(value, shares=tuple(zip(names, map(float, row), strict=True)))
-        for (name, value), row in zip(values.items(), shares, strict=True)
-        if value is not None
-    }
+    values: dict[str, ParameterValue] = {}
+    for name, prior, row, share in zip(names, priors, numbers, shares, strict=True):
+        value = _within(prior, *map(float, row))
+        if value is None:
+            return {}
+        values[name] = replace(value, shares=tuple(zip(names, map(float, share), strict=True)))
+    return values
 
 
 def _within(

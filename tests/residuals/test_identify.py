@@ -114,9 +114,11 @@ def test_a_spike_within_the_beginning_does_not_count(bank):
 
 
 def test_what_contradicts_the_bounds_is_refused_and_told(bank):
-    _, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
+    """And with it what was fitted to the same: a gain that holds with that zero only."""
+    gain, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
     assert (zero.source, zero.value, zero.std) == ("default", 1.0, 0.5)
-    assert "zero not identified: the flight's beginning is beyond its bounds" in warnings
+    assert (gain.source, gain.value, gain.std) == ("default", 2.0, 0.5)
+    assert warnings == ("zero, gain not identified: the flight's beginning is beyond their bounds",)
 
 
 def test_a_log_that_is_too_short_tells_nothing(bank):
