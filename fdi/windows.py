@@ -1,7 +1,7 @@
-"""What do the samples in a moving window add up to, whatever lies outside it, and which is largest?
+"""What do the samples of a moving window add up to, and which of them is the largest?
 
-In: columns. Out: sums and largest values. As the difference of two running sums, the common short cut, one wild value
-would spoil all that follow: the digits that it takes are lost for good.
+In: columns. Out: sums and largest values. As the difference of two running sums, the common short
+cut, one wild value would spoil all that follow: the digits that it takes are lost for good.
 """
 
 from __future__ import annotations

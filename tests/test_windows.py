@@ -1,4 +1,4 @@
-"""Sums and largest values over moving windows against the plain loop, with values of any size outside the window."""
+"""Moving windows against the plain loop, with values of any size outside of them."""
 
 from __future__ import annotations
 

@@ -110,6 +110,9 @@ class ParameterValue:
         What healthy flights before this one told, by the policy.
     flight : Estimate or None
         What the beginning of this flight alone tells.
+    shares : tuple of (str, float)
+        Of what ``std`` is made: standard deviations that are independent of each other, each named
+        by a parameter, and shared with those identified together. Empty: its own alone.
     """
 
     value: float
@@ -121,6 +124,7 @@ class ParameterValue:
     wanders: float = 0.0
     learned: Estimate | None = None
     flight: Estimate | None = None
+    shares: tuple[tuple[str, float], ...] = ()
 
     @property
     def width(self) -> float:
