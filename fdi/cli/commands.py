@@ -25,6 +25,7 @@ from fdi.cli.analyze import analyze
 from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
+from fdi.cli.check import check
 from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
@@ -61,6 +62,7 @@ for _command in (
     info,
     convert,
     structure,
+    check,
     estimator,
     evaluate,
     fit,

@@ -17,6 +17,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``model_gain.py``, ``model_gain_text.py``: what a model shows beyond an older one
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder
+- ``check_text.py``, ``check_document.py``: what ``fdi check`` tells
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and
