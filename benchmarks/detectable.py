@@ -63,7 +63,9 @@ def table(columns: dict[str, dict[str, str]]) -> str:
     ]
     head = ["| component | " + " | ".join(columns) + " |", "| --- " * (len(columns) + 1) + "|"]
     logs = ", ".join(f"`{name}`" for name in LOGS.values())
-    return "\n".join([f"`benchmarks/detectable.py --write`, of {logs}:\n", *head, *rows])
+    return "\n".join(
+        [f"Printed by `benchmarks/detectable.py --write`, for {logs}:\n", *head, *rows]
+    )
 
 
 def main() -> int:
