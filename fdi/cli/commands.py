@@ -29,6 +29,7 @@ from fdi.cli.check import check
 from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
+from fdi.cli.figure import figure
 from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
@@ -63,6 +64,7 @@ for _command in (
     convert,
     structure,
     check,
+    figure,
     estimator,
     evaluate,
     fit,
