@@ -26,6 +26,7 @@ from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
 from fdi.cli.check import check
+from fdi.cli.compare import compare
 from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
@@ -64,6 +65,7 @@ for _command in (
     convert,
     structure,
     check,
+    compare,
     figure,
     estimator,
     evaluate,

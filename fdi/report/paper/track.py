@@ -93,7 +93,14 @@ def track_figure(analysis: Analysis, width_mm: float) -> Any:
         axes[0].set_aspect("equal", adjustable="datalim")
         axes[0].set_xlabel("east of the start (m)")
         axes[0].set_ylabel("north of the start (m)")
-        axes[0].legend(frameon=False, loc="best", handlelength=1.2)
+        axes[0].legend(
+            frameon=False,
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            borderaxespad=0.1,
+            ncols=2,
+            handlelength=1.2,
+        )
         if height is not None:
             axes[1].plot(*thinned(analysis.signals.t, height), color=CURVES[0])
             axes[1].set_xlabel(CLOCK)
@@ -183,6 +190,7 @@ def _places(
             ha="left" if is_left else "right",
             textcoords="offset points",
             fontsize=SMALL,
+            bbox={"facecolor": "white", "alpha": 0.7, "pad": 0.4, "linewidth": 0},
             color=ink if one.text in signs else ACCENT,
         )
     ax.axhline(0, color=FAINT, linewidth=0.3, zorder=0)
