@@ -2,7 +2,8 @@
 
 In: the courses of healthy flights. Out: a `Band`: middle and half width of what 90 % of their
 samples do within `WINDOW_S` of that time, no narrower than what 90 % of the samples of all their
-time do, since healthy flights turn and climb at other times than this one does.
+time do, since healthy flights turn and climb at other times than this one does, and than what the
+model itself allows.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ LEAST: Final = 5
 
 
 def band_of(courses: Sequence[Course]) -> Band:
-    """Return the band of courses: (k, b) over times from take-off to the end of the longest."""
+    """Return the band of courses: (k, b) over times from take-off to after the longest."""
     longest = max((float(one.t[-1]) for one in courses if len(one.t)), default=0.0)
-    t = np.arange(0.0, longest + STEP_S, STEP_S)
+    # the last of them is later than all: what is known there is what all their time shows
+    t = np.arange(0.0, longest + WINDOW_S + 2 * STEP_S, STEP_S)
     low, high = quantiles(np.concatenate([one.values for one in courses], axis=1))
     edges = np.full((2, len(low), len(t)), np.nan)
     for place, centre in enumerate(t):
@@ -38,9 +40,8 @@ def band_of(courses: Sequence[Course]) -> Band:
             parts.append(one.values[:, a:b])
         edges[0, :, place], edges[1, :, place] = quantiles(np.concatenate(parts, axis=1))
     lower, upper = np.fmin(edges[0], low[:, None]), np.fmax(edges[1], high[:, None])
-    known = np.isfinite(edges[0])
-    lower, upper = np.where(known, lower, np.nan), np.where(known, upper, np.nan)
-    return Band(t, (lower + upper) / 2, (upper - lower) / 2)
+    floor = np.median(np.concatenate([one.floor for one in courses], axis=1), axis=1)
+    return Band(t, (lower + upper) / 2, np.maximum((upper - lower) / 2, floor[:, None]))
 
 
 def quantiles(values: Floats) -> tuple[Floats, Floats]:
@@ -74,10 +75,7 @@ def at_times(band: Band, course: Course) -> tuple[Floats, Floats]:
     The half width is no less than what the model itself allows that flight's residual.
     """
     place = np.clip(np.rint(course.t / STEP_S).astype(int), 0, len(band.t) - 1)
-    beyond = course.t > band.t[-1] + STEP_S / 2
-    middle = np.where(beyond, np.nan, band.middle[:, place])
-    half = np.where(beyond, np.nan, band.half[:, place])
-    return middle, np.where(np.isnan(half), np.nan, np.maximum(half, course.floor))
+    return band.middle[:, place], np.maximum(band.half[:, place], course.floor)
 
 
 def distance(band: Band, course: Course) -> tuple[Floats, Floats]:
@@ -95,8 +93,22 @@ def distance(band: Band, course: Course) -> tuple[Floats, Floats]:
     far = np.divide(off, half, out=np.full_like(off, np.nan), where=half > 0)
     far = np.where((half == 0) & (off == 0), 0.0, far)
     step = float(np.median(np.diff(course.t))) if len(course.t) > 1 else HOLD_S
-    size = int(np.ceil(HOLD_S / step)) + 1
-    return far, _least_ahead(np.nan_to_num(far), size)
+    return far, _least_ahead(np.nan_to_num(far), _samples(step))
+
+
+def reach(band: Band, course: Course) -> Floats:
+    """Return how far a course is off the middle where it leaves a band, held, (k,); else 0."""
+    _, held = distance(band, course)
+    middle, _ = at_times(band, course)
+    step = float(np.median(np.diff(course.t))) if len(course.t) > 1 else HOLD_S
+    off = _least_ahead(np.nan_to_num(np.abs(course.values - middle)), _samples(step))
+    found: Floats = np.where(held > 1, off, 0.0).max(axis=1, initial=0.0)
+    return found
+
+
+def _samples(step: float) -> int:
+    """Return how many samples hold for `HOLD_S`."""
+    return int(np.ceil(HOLD_S / step)) + 1
 
 
 def _least_ahead(values: Floats, size: int) -> Floats:

@@ -93,8 +93,8 @@ def _notes(
             yield f"{one.name}: begins in the air, so its times count from where tests begin"
         if one.seconds > longest + 1:
             yield (
-                f"{one.name}: compared for {longest:.0f} of its {one.seconds:.0f} s, as long as "
-                "the longest healthy flight lasts"
+                f"{one.name}: lasts {one.seconds:.0f} s, the longest healthy one {longest:.0f} s; "
+                "after that it is held against what these did in all their time"
             )
     for number, analysis in enumerate(analyses):
         left = len(analysis.bank.generators) - len(tests)

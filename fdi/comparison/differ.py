@@ -1,8 +1,8 @@
 """By which tests do flights differ most from the healthy others?
 
 Every flight is held against the band of the healthy flights without itself. How far a healthy
-flight is off the band of the others says how wide a band has to be; it is widened by that, test by
-test, so that one half width more than any healthy flight reached is what counts as different.
+flight is off the band of the others says how wide a band has to be: test by test it is widened to
+that, so that different is what is further off than any healthy flight was by the others.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fdi.comparison.band import at_times, band_of, distance
+from fdi.comparison.band import at_times, band_of, distance, reach
 from fdi.comparison.values import Band, Compared, Course, Difference, Floats
 from fdi.shown import Rows
 
@@ -37,12 +37,12 @@ class Bands:
         """Return it as wide as to hold each of them by the others."""
         if members not in self._widened:
             band = self.of(members)
-            factor = np.ones(len(band.half))
+            half = band.half
             if len(members) > 1:
                 for one in sorted(members):
-                    _, held = distance(self.of(members - {one}), self._courses[one])
-                    factor = np.maximum(factor, held.max(axis=1, initial=0.0))
-            self._widened[members] = replace(band, half=band.half * factor[:, None])
+                    needed = reach(self.of(members - {one}), self._courses[one])
+                    half = np.maximum(half, needed[:, None])
+            self._widened[members] = replace(band, half=half)
         return self._widened[members]
 
 

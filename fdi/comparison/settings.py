@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 from math import isclose, isfinite
 
 from fdi.comparison.values import Identified, Setting
+from fdi.residuals.between import tells
 from fdi.result import Analysis
 from fdi.shown import Rows
 
@@ -48,9 +49,8 @@ def identified_of(analyses: Sequence[Analysis]) -> Rows[Identified]:
         told = [value for value in own if value is not None]
         if parameter.bounds is None or len(told) < len(own):
             continue
-        if any(value.source in ("identified", "policy") for value in told):
-            values = tuple(value.value for value in told)
-            found.append(
-                Identified(name, parameter.unit, values, tuple(value.std for value in told))
-            )
+        if any(tells(value) for value in told):
+            values = tuple(value.value if tells(value) else None for value in told)
+            stds = tuple(value.std if tells(value) else None for value in told)
+            found.append(Identified(name, parameter.unit, values, stds))
     return Rows(found)

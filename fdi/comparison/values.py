@@ -100,7 +100,7 @@ class Course:
 class Band:
     """What healthy flights do: ``middle`` +- ``half`` at times ``t`` (b,), both (k, b).
 
-    NaN where no healthy flight lasts so long, or has the test known.
+    Later than the last time, the last one holds. NaN where no healthy flight has the test known.
     """
 
     t: Floats
@@ -147,11 +147,11 @@ class Setting(Shown):
 
 @dataclass(frozen=True, slots=True)
 class Identified(Shown):
-    """What the logs tell of a parameter of the model: values and one sigma each, SI."""
+    """What the logs tell of a parameter of the model, with one sigma, SI; None: too little."""
 
     name: str
     unit: str
-    values: tuple[float, ...]
+    values: tuple[float | None, ...]
     stds: tuple[float | None, ...]
 
 

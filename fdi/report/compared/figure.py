@@ -25,7 +25,8 @@ BAND: Final = "#e4e7eb"
 
 def comparison_figure(found: Comparison, width_mm: float) -> Any:
     """Return the tests that differ most as a printed figure."""
-    chosen = by_test(found)[:MOST_PANELS]
+    by_statement = {found.tests[one.test].statement: one for one in reversed(by_test(found))}
+    chosen = sorted(by_statement.values(), key=lambda one: -one.bands)[:MOST_PANELS]
     odd = _odd(found)
     names = [label(found.flights[place].name, int(width_mm / LETTER_MM) - 16) for place in odd]
     with printed():
@@ -59,7 +60,12 @@ def _draw(ax: Any, found: Comparison, test: int, odd: list[int]) -> None:
     shown = customary(found.tests[test].unit)
     band, scale = found.band, shown.scale
     low, high = ((band.middle[test] + sign * band.half[test]) * scale for sign in (-1, 1))
-    ax.fill_between(band.t, low, high, color=BAND, linewidth=0, zorder=0)
+    last = max(one.seconds for one in found.flights)
+    t, low, high = (
+        np.append(some, end) for some, end in ((band.t, last), (low, low[-1]), (high, high[-1]))
+    )
+    order = np.argsort(t, kind="stable")
+    ax.fill_between(t[order], low[order], high[order], color=BAND, linewidth=1.0, zorder=0)
     for place, course in enumerate(found.courses):
         t, value = thinned(course.t, course.values[test] * scale)
         if place in odd:
@@ -73,7 +79,7 @@ def _draw(ax: Any, found: Comparison, test: int, odd: list[int]) -> None:
 
 
 def _limit_height(ax: Any, found: Comparison, test: int, scale: float) -> None:
-    """Show what was compared; what happens after the longest healthy flight may leave the panel."""
+    """Show all that flights and band do."""
     seen = []
     for course in found.courses:
         middle, half = at_times(found.band, course)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from fdi.comparison import Comparison, Difference, Setting
-from fdi.diagnosis.explain import rounded
 from fdi.report.text import heading, table, text
 from fdi.report.words import at, number, plural, span, unit
 from fdi.units import customary
@@ -62,10 +61,15 @@ def _flights(found: Comparison) -> Iterator[RenderableType]:
 
 
 def by_test(found: Comparison) -> list[Difference]:
-    """Return the largest difference of every test, the furthest first."""
+    """Return the largest difference of every test, the furthest first.
+
+    Of the flights that do not make the band; where all do, of all.
+    """
+    healthy = all(one.is_healthy for one in found.flights)
     best: dict[int, Difference] = {}
     for one in found.differences:
-        best.setdefault(one.test, one)
+        if healthy or not found.flights[one.flight].is_healthy:
+            best.setdefault(one.test, one)
     return list(best.values())
 
 
@@ -73,7 +77,8 @@ def _tests(found: Comparison) -> Iterator[RenderableType]:
     outside = [one for one in by_test(found) if one.bands > 1]
     yield heading("Tests that differ most")
     if not outside:
-        yield text("  No flight leaves the band of the healthy others for a second.")
+        who = "No flight" if all(one.is_healthy for one in found.flights) else "None of the others"
+        yield text(f"  {who} leaves the band of the healthy flights for a second.")
         return
     made = table("test", "flight", "bands", "from, s", "residual", "band")
     for one in outside[:MOST_TESTS]:
@@ -111,18 +116,13 @@ def _identified(found: Comparison) -> Iterator[RenderableType]:
     for one in found.identified:
         shown = customary(one.unit)
         cells = [
-            f"{name}: {_measured(value * shown.scale, None if std is None else std * shown.scale)}"
+            f"{name}: –"
+            if value is None or std is None
+            else f"{name}: {number(value * shown.scale, 3)} +- {number(std * shown.scale, 1)}"
             for name, value, std in zip(_numbered(found), one.values, one.stds, strict=True)
         ]
         made.add_row(*map(text, (f"{one.name} {unit(shown.unit)}".strip(), "   ".join(cells))))
     yield made
-
-
-def _measured(value: float, std: float | None) -> str:
-    if std is None or not std > 0:
-        return number(value, 3)
-    shown, sigma = rounded(value, std)
-    return f"{shown} +- {sigma}"
 
 
 def _settings(found: Comparison) -> Iterator[RenderableType]:
