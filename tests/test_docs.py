@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
+from fdi import __version__
 from fdi.cli.commands import fdi as group
 from fdi.model import load_airframe
 from fdi.model.repeat import repeated
@@ -57,6 +58,11 @@ def test_models_on_a_page_are_models_or_parts_of_one(block, tmp_path):
         assert load_airframe(path).equations
     else:
         assert set(tree) <= {"components", "variables", "equations", "inputs", "measurements"}
+
+
+def test_the_citation_names_this_version():
+    cited = parse_document((ROOT / "CITATION.cff").read_text(encoding="utf-8"), "CITATION.cff")
+    assert str(cited["version"]) == __version__
 
 
 def test_python_in_the_readme_runs(monkeypatch, tmp_path, capsys):

@@ -54,7 +54,7 @@ def compare(analyses: Sequence[Analysis], *, healthy: Sequence[bool] | None = No
     if not members:
         raise UsageError(
             "in every flight somebody is accused or it ends with an impact",
-            hint="say with --healthy which of them make the band",
+            hint="say which of them make the band: --healthy LOG, in Python healthy=",
         )
     tests = tests_of(analyses, flights)
     courses = tuple(
