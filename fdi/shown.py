@@ -49,12 +49,13 @@ class Rows(tuple[T, ...]):
         """
         import pandas as pd
 
-        return pd.DataFrame([_cells(value) for value in self])
+        rows = [_cells(value) for value in self]
+        return pd.DataFrame(rows, columns=_columns(rows))
 
     def _repr_html_(self) -> str:
         rows = [_cells(value) for value in self]
-        head = list(rows[0]) if rows else []
-        cells = [[brief(row[name]) for name in head] for row in rows]
+        head = _columns(rows)
+        cells = [[brief(row.get(name)) for name in head] for row in rows]
         kind = type(self[0]).__name__ if self else "nothing"
         return html_table(f"{len(self)} × {kind}" if self else kind, head, cells)
 
@@ -67,6 +68,8 @@ def brief(value: object) -> str:
     >>> brief(np.zeros((3, 4))), brief({"a": 1}), brief(("x", "y")), brief(0.123456789)
     ('(3, 4) float64', '1 entry', 'x, y', '0.123457')
     """
+    if value is None:
+        return "–"
     if isinstance(value, np.ndarray):
         return f"{value.shape} {value.dtype}"
     if isinstance(value, Mapping):
@@ -120,6 +123,13 @@ def shortened(text: str) -> str:
     'xx…'
     """
     return text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
+
+
+def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the names of all rows; a value inside that some lack has the others' columns."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    inside = {name.rpartition(".")[0] for name in names}
+    return [name for name in names if name not in inside]
 
 
 def _cells(value: Any, prefix: str = "") -> dict[str, Any]:

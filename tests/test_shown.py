@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from report.build import NOTHING, small_analysis
 
+from fdi.diagnosis import Size
 from fdi.shown import Rows, Shown, html_table
 
 ROOMS = (
@@ -72,6 +73,16 @@ def test_findings_are_a_tuple_and_a_frame(analysis):
     for name in ("consequences", "ruled_out", "not_testable"):
         rows = getattr(analysis, name)
         assert rows.to_pandas()["component"].tolist() == [one.component for one in rows]
+
+
+def test_rows_of_which_some_lack_a_value_inside_have_its_columns(analysis):
+    first = analysis.findings[0]
+    size = Size(("GPS_RAW_INT.alt",), (), "bias", 40.0, 0.5, "m", 40.0)
+    rows = Rows((first, replace(first, rank=2, size=size)))
+    frame = rows.to_pandas()
+    assert "size" not in frame
+    assert frame["size.value"].isna().tolist() == [True, False]
+    assert "40" in rows._repr_html_()
 
 
 def test_no_findings_are_an_empty_frame(analysis):

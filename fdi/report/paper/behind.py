@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Final
 
 from fdi.errors import UsageError
 from fdi.report.paper.column import (
+    PANEL,
     around,
     finding_of,
     mark_times,
@@ -40,11 +42,13 @@ def behind_figure(analysis: Analysis, rank: int, width_mm: float) -> Any:
     finding = finding_of(analysis, rank)
     rows = told_by(analysis, finding)[:MOST_RESIDUALS]
     span = around(analysis, finding)
-    panels = panels_of(_read(analysis, rows), span)[:MOST_PANELS]
+    compared = [name for row in rows for name in compared_by(analysis, row)]
+    curves = _read(analysis, compared) or _read(analysis, finding.evidence.channels)
+    panels = panels_of(curves, span)[:MOST_PANELS]
     heights = [RESIDUAL_MM] * len(rows) + [panel_mm(own, width_mm) for own in panels]
     with printed():
         figure, axes = stacked(width_mm, heights, extra_mm=14.0)
-        above = mark_times(axes, marks_of(analysis, span), span, width_mm)
+        above = mark_times(axes, marks_of(analysis, span), span, PANEL * width_mm)
         for i, row in enumerate(rows):
             draw_residual(axes[i], analysis, row, span, width_mm, lines_above=0 if i else above)
         for ax, own in zip(axes[len(rows) :], panels, strict=True):
@@ -53,11 +57,10 @@ def behind_figure(analysis: Analysis, rank: int, width_mm: float) -> Any:
     return figure
 
 
-def _read(analysis: Analysis, rows: list[int]) -> list[Curve]:
-    """Return the channels that the equations of residuals measure, where the log holds them."""
-    names = dict.fromkeys(name for row in rows for name in compared_by(analysis, row))
+def _read(analysis: Analysis, names: Iterable[str]) -> list[Curve]:
+    """Return those of some channels that the log holds."""
     found = []
-    for name in names:
+    for name in dict.fromkeys(names):
         try:
             found += curves_of(analysis, [name])
         except UsageError:  # made of the log, as the time since the last record: no channel of it

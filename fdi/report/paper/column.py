@@ -25,6 +25,8 @@ LETTERS: Final = 7.0  # points
 SMALL: Final = 6.0
 LETTER_MM: Final = 1.22
 """Mean width of a letter of the small size (DejaVu Sans, 0.58 of its height)."""
+PANEL: Final = 0.74
+"""Width of a panel as a share of the figure's, where numbers stand beside it."""
 MOST_POINTS: Final = 2000
 LINE: Final = 0.8
 CLOCK: Final = "time in the log (s)"
@@ -137,8 +139,10 @@ def marks_of(analysis: Analysis, span: Span) -> list[Mark]:
     return sorted((one for one in found if span[0] <= one.t <= span[1]), key=lambda one: one.t)
 
 
-def mark_times(axes: Sequence[Any], marks: Sequence[Mark], span: Span, width_mm: float) -> int:
+def mark_times(axes: Sequence[Any], marks: Sequence[Mark], span: Span, panel_mm: float) -> int:
     """Draw moments as lines through panels, with their names above the first one.
+
+    ``panel_mm``: how wide a panel is, so that names get another line before they overlap.
 
     Returns
     -------
@@ -149,7 +153,7 @@ def mark_times(axes: Sequence[Any], marks: Sequence[Mark], span: Span, width_mm:
     for ax in axes:
         for one in marks:
             ax.axvline(one.t, color=one.colour, linestyle=one.dashes, linewidth=0.6, zorder=3)
-    letter = LETTER_MM / width_mm * 1.35  # the panel is narrower than the figure
+    letter = LETTER_MM / panel_mm
     widths = [letter * len(label(one.text, 24)) for one in marks]
     places = [(one.t - span[0]) / (span[1] - span[0]) for one in marks]
     leans = [p + w > 1.02 for p, w in zip(places, widths, strict=True)]

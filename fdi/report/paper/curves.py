@@ -10,6 +10,7 @@ import numpy as np
 from fdi.errors import UsageError
 from fdi.report.paper.column import (
     LETTER_MM,
+    PANEL,
     Floats,
     Span,
     around,
@@ -73,7 +74,7 @@ def channels_figure(analysis: Analysis, channels: Sequence[str], rank: int, widt
         heights = [panel_mm(own, width_mm) for own in panels]
         figure, axes = stacked(width_mm, heights, extra_mm=14.0)
         marks = marks_of(analysis, span)
-        rows = mark_times(axes, marks, span, width_mm)
+        rows = mark_times(axes, marks, span, PANEL * width_mm)
         for i, (ax, own) in enumerate(zip(axes, panels, strict=True)):
             draw_curves(ax, own, span, width_mm, lines_above=0 if i else rows)
         figure.align_ylabels(list(axes))

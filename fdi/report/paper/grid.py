@@ -15,6 +15,7 @@ from fdi.diagnosis.values import MARKED, QUIET, UNKNOWN, FaultGrid, runs
 from fdi.report.figures import marked_rows
 from fdi.report.paper.column import (
     CLOCK,
+    LETTER_MM,
     SMALL,
     mark_times,
     marks_of,
@@ -27,6 +28,7 @@ from fdi.result import Analysis
 
 MOST_ROWS: Final = 24
 ROW_MM: Final = 3.2
+LONGEST: Final = 34  # letters of a name
 PALE: Final = "#f5f7fa"
 
 
@@ -49,14 +51,15 @@ def grid_figure(analysis: Analysis, width_mm: float) -> Any:
             ax.axhline(place + 0.5, color=GRID, linewidth=0.4, zorder=0)
             _bars(ax, grid, place, row.marks == UNKNOWN, facecolor=PALE, hatch="/////")
             _bars(ax, grid, place, row.marks == MARKED, facecolor=colour(row.group))
-        ax.set_yticks(range(len(rows)), [label(row.name, 34) for row in rows], fontsize=SMALL)
+        ax.set_yticks(range(len(rows)), [label(row.name, LONGEST) for row in rows], fontsize=SMALL)
         ax.set_ylim(max(len(rows), 3) - 0.4, -0.6)
         ax.set_xlabel(CLOCK)
         if not rows:
             tested = int((grid.marks != UNKNOWN).any(axis=1).sum())
             text = f"no fault is marked\n({tested} of {len(grid.faults)} could be tested)"
             ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=INK)
-        mark_times([ax], marks, span, width_mm)
+        names = max((len(label(row.name, LONGEST)) for row in rows), default=0)
+        mark_times([ax], marks, span, max(width_mm - LETTER_MM * names - 6.0, 0.4 * width_mm))
         _legend(figure, rows)
     return figure
 

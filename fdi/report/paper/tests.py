@@ -14,6 +14,7 @@ from fdi.diagnosis.explain import statement
 from fdi.errors import UsageError
 from fdi.report.paper.column import (
     LETTER_MM,
+    PANEL,
     SMALL,
     Floats,
     Span,
@@ -47,7 +48,7 @@ def residual_figure(analysis: Analysis, test: str | None, rank: int, width_mm: f
     span = whole(analysis)
     with printed():
         figure, axes = stacked(width_mm, [PANEL_MM] * len(rows), extra_mm=12.0)
-        above = mark_times(axes, marks_of(analysis, span), span, width_mm)
+        above = mark_times(axes, marks_of(analysis, span), span, PANEL * width_mm)
         for i, (ax, row) in enumerate(zip(axes, rows, strict=True)):
             draw_residual(ax, analysis, row, span, width_mm, lines_above=0 if i else above)
         figure.align_ylabels(list(axes))

@@ -16,6 +16,7 @@ from fdi.report.paper.column import (
     CLOCK,
     LETTER_MM,
     MM,
+    PANEL,
     SMALL,
     Floats,
     Span,
@@ -105,7 +106,7 @@ def track_figure(analysis: Analysis, width_mm: float) -> Any:
             axes[1].plot(*thinned(analysis.signals.t, height), color=CURVES[0])
             axes[1].set_xlabel(CLOCK)
             axes[1].set_ylabel("height (m)")
-            mark_times(axes[1:], marks_of(analysis, span), span, width_mm)
+            mark_times(axes[1:], marks_of(analysis, span), span, PANEL * width_mm)
         figure.align_ylabels(list(axes))
     return figure
 
