@@ -26,9 +26,11 @@ from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
 from fdi.cli.check import check
+from fdi.cli.compare import compare
 from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
+from fdi.cli.figure import figure
 from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
@@ -63,6 +65,8 @@ for _command in (
     convert,
     structure,
     check,
+    compare,
+    figure,
     estimator,
     evaluate,
     fit,

@@ -12,6 +12,7 @@ from typing import Final, Literal
 
 from fdi.model.expression import Expression, differential, regressed
 from fdi.model.parts import Amount, Component, Kind, Measurement, Side, Variable, read_by
+from fdi.shown import Shown
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Copy, Request
@@ -93,7 +94,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterValue:
+class ParameterValue(Shown):
     """The value a parameter has in this system; ``source`` is default, log, identified or policy.
 
     Attributes
@@ -135,7 +136,7 @@ class ParameterValue:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class System:
+class System(Shown):
     """The equations that hold with one log.
 
     Attributes

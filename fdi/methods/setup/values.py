@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Final, Literal
 
+from fdi.shown import Shown
+
 Verdict = Literal["wrong", "in order", "not known"]
 VERDICTS: Final[tuple[Verdict, ...]] = ("wrong", "in order", "not known")
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(Shown):
     """One thing that was looked at.
 
     Attributes
