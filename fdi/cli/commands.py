@@ -32,6 +32,7 @@ from fdi.cli.evaluate import evaluate
 from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
+from fdi.cli.observe import observe
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.cli.vote import vote
@@ -64,6 +65,7 @@ for _command in (
     structure,
     check,
     estimator,
+    observe,
     evaluate,
     fit,
     batch,

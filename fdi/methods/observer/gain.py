@@ -1,10 +1,14 @@
 """Which gain makes the observer forget its error, and can it, with these outputs?
 
 In: A (12, 12) and which states are measured. Out: the gain H (12, m), or which states cannot be
-known. `placed` puts the poles of A - HC at twelve places between -4 and -5; with all states
-measured A - HC is then exactly diagonal, and each residual is the error of its own equation through
-one low pass. With fewer outputs placed poles are exact but ill-conditioned (the gain grows to
-hundreds with four), and `steady_kalman` is the better choice.
+known.
+
+`placed` puts the poles of A - HC at twelve places between -4 and -5. What a measured state does to
+the others is taken from its measurement (its column of A cancels), so that A - HC falls into small
+parts, each with poles of its own: with all states measured it is exactly diagonal, and each
+residual is the error of its own equation through one low pass. With few outputs parts are large and
+placed poles ill-conditioned (gains in the hundreds with four outputs); `steady_kalman` is then the
+better choice.
 
 References
 ----------
@@ -13,6 +17,7 @@ Tits and Yang 1996 (`scipy.signal.place_poles`); Kalman and Bucy 1961.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
@@ -23,36 +28,34 @@ from fdi.errors import UsageError
 from fdi.methods.observer.states import STATES
 from fdi.telemetry.message import Floats
 
-POLES: Final = tuple(np.linspace(-4.05, -4.95, len(STATES)).tolist())
-"""1/s; distinct, as multiple poles cannot be placed with few outputs."""
+POLES: Final = np.linspace(-4.05, -4.95, len(STATES))
+"""1/s, by state; distinct, as a pole cannot be placed more often than there are outputs."""
 TOLERANCE: Final = 1e-9
 """Of a rank, relative to the largest entry."""
-_PROCESS: Final = np.array([*3 * (0.01,), *3 * (1.0,), *3 * (10.0,), *3 * (0.01,)])
-_MEASURED: Final = np.array([*3 * (0.02,), *3 * (0.02,), *3 * (0.01,), *3 * (0.002,)])
+_BLOCKS: Final = 6
+"""C, CA, ... CA^5: without damping A to the fourth is zero."""
+_DEVIATION: Final = np.repeat([0.02, 0.02, 0.01, 0.002], 3)
+"""Of measurements, as stated for the reference simulation: m, m/s, rad/s, rad."""
 
 
 def rank(a: Floats, measured: NDArray[np.intp]) -> int:
-    """Return the rank of the observability matrix of 12, its blocks scaled to entries of 1."""
+    """Return the rank of the observability matrix, its blocks scaled to entries of 1."""
     return int(np.linalg.matrix_rank(_observability(a, measured), tol=TOLERANCE))
 
 
 def unknown_states(a: Floats, measured: NDArray[np.intp]) -> tuple[str, ...]:
     """Return the states that outputs do not determine."""
-    blocks = _observability(a, measured)
-    _, sizes, rows = np.linalg.svd(blocks)
-    seen = rows[: int((sizes > TOLERANCE).sum())]
+    _, sizes, rows = np.linalg.svd(_observability(a, measured))
     # a state is known where its unit vector lies in the row space
-    share = np.sum(seen**2, axis=0)
+    share = np.sum(rows[: int((sizes > TOLERANCE).sum())] ** 2, axis=0)
     return tuple(name for name, own in zip(STATES, share, strict=True) if own < 1 - 1e-6)
 
 
 def _observability(a: Floats, measured: NDArray[np.intp]) -> Floats:
-    block = np.eye(len(STATES))[measured]
-    blocks = [block]
-    for _ in range(5):  # A to the sixth is nothing but damping
-        block = block @ a
-        block = block / max(float(np.abs(block).max()), np.finfo(float).tiny)
-        blocks.append(block)
+    blocks = [np.eye(len(STATES))[measured]]
+    for _ in range(_BLOCKS - 1):
+        block = blocks[-1] @ a
+        blocks.append(block / max(float(np.abs(block).max()), np.finfo(float).tiny))
     return np.concatenate(blocks)
 
 
@@ -82,30 +85,39 @@ def check_observable(a: Floats, outputs: Sequence[str]) -> NDArray[np.intp]:
 
 def placed(a: Floats, measured: NDArray[np.intp]) -> Floats:
     """Return the gain, (12, m), that puts the poles at `POLES`."""
-    if measured.size == len(STATES):
-        return np.asarray(a - np.diag(POLES))
-    import warnings
-
     from scipy.signal import place_poles
+    from scipy.sparse.csgraph import connected_components
 
-    c = np.eye(len(STATES))[measured]
-    with warnings.catch_warnings():  # that it did not converge to the best conditioned one
-        warnings.simplefilter("ignore", UserWarning)
-        found = place_poles(a.T, c.T, POLES, rtol=1e-6, maxiter=100)
-    return np.asarray(found.gain_matrix.T)
+    gain = a[:, measured].copy()
+    left = a.copy()
+    left[:, measured] = 0.0
+    _, part_of = connected_components(left != 0, directed=False)
+    for part in range(part_of.max() + 1):
+        own = np.flatnonzero(part_of == part)
+        columns = np.flatnonzero(part_of[measured] == part)
+        seen = measured[columns]
+        if seen.size == own.size:
+            gain[seen, columns] -= POLES[seen]
+            continue
+        inner, c = left[np.ix_(own, own)], np.eye(len(STATES))[np.ix_(seen, own)]
+        with warnings.catch_warnings():  # that it did not converge to the best conditioned one
+            warnings.simplefilter("ignore", UserWarning)
+            found = place_poles(inner.T, c.T, POLES[own], rtol=1e-6, maxiter=100)
+        gain[np.ix_(own, columns)] += found.gain_matrix.T
+    return np.asarray(gain)
 
 
 def steady_kalman(a: Floats, measured: NDArray[np.intp]) -> Floats:
     """Return the steady gain, (12, m), of a Kalman filter.
 
-    Process noise: what tilt, thrust and torque are not modelled to, chosen as 1 m/s2 and 10 rad/s2
-    per root hertz; measurement noise: the deviations of the usual estimators.
+    Process noise is such that a state whose measurement is all that is known of it is forgotten as
+    fast as with placed poles.
     """
     from scipy.linalg import solve_continuous_are
 
     c = np.eye(len(STATES))[measured]
-    noise = np.diag(_MEASURED[measured] ** 2)
-    spread = solve_continuous_are(a.T, c.T, np.diag(_PROCESS**2), noise)
+    noise, process = np.diag(_DEVIATION[measured] ** 2), np.diag((POLES * _DEVIATION) ** 2)
+    spread = solve_continuous_are(a.T, c.T, process, noise)
     return np.asarray(spread @ c.T @ np.linalg.inv(noise))
 
 

@@ -4,8 +4,7 @@ In: a `Vehicle` and a heading. Out: A (12, 12) and B (12, 4) of dx/dt = A x + B 
 with x as in ``states.py`` and u = (thrust less weight, torques). Tilt accelerates: in words,
 dv_xy/dt = R(psi) g (-theta, phi) - (k_t/m) v.
 
-`remainder` is what the nonlinear equations have beyond the linear ones, at measured states and
-inputs: it tells by how much the linear model errs in a manoeuvre.
+`derivatives` are the nonlinear equations: they tell by how much the linear ones err in a manoeuvre.
 
 The trap for a maintainer: the published A has its columns shifted and rows of 11 entries, its B 13
 rows, its heading 90 in a function that takes radians. This is the corrected one.
@@ -15,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fdi.methods.observer.states import ANGLES, INPUTS, PSI, RATES, STATES, VELOCITY
+from fdi.methods.observer.states import ANGLES, INPUTS, RATES, STATES, VELOCITY
 from fdi.methods.observer.vehicle import GRAVITY, Vehicle
 from fdi.telemetry.message import Floats
 
@@ -46,13 +45,13 @@ def linear_model(vehicle: Vehicle, heading: float) -> tuple[Floats, Floats]:
 
 
 def derivatives(vehicle: Vehicle, x: Floats, u: Floats) -> Floats:
-    """Return dx/dt (12, n) by the nonlinear equations.
+    """Return dx/dt, like x, by the nonlinear equations.
 
     Parameters
     ----------
     vehicle : Vehicle
-    x : (12, n) float
-    u : (4, n) float
+    x : (12,) or (12, n) float
+    u : (4,) or (4, n) float
         Thrust less weight, N, and torques, N m.
     """
     m, g = vehicle.mass, GRAVITY
@@ -80,12 +79,3 @@ def derivatives(vehicle: Vehicle, x: Floats, u: Floats) -> Floats:
             turn / np.cos(theta),
         ]
     )
-
-
-def remainder(vehicle: Vehicle, x: Floats, u: Floats) -> Floats:
-    """Return by how much dx/dt (12, n) of the nonlinear equations differs from the linear ones."""
-    left = derivatives(vehicle, x, u)
-    for k, heading in enumerate(x[PSI]):
-        a, b = linear_model(vehicle, float(heading))
-        left[:, k] -= a @ x[:, k] + b @ u[:, k]
-    return left

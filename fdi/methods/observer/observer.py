@@ -5,23 +5,24 @@ step heading, A and H are those of its first record; inputs and measurements run
 second (``hold.py``). After a gap it begins anew at what is measured, and its residuals are unknown
 until the error it may have begun with is forgotten.
 
-The gain turns with the heading where outputs hold both or neither of each horizontal pair, for the
-equations at a heading are those at north seen from a turned frame; else it is found at every step.
+Beside the estimate runs its doubt: what the equations leave out at each moment (``doubts.py``)
+through the same low pass. It has the residual's size where nothing is wrong but the model.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.methods.observer.doubts import between, doubt
 from fdi.methods.observer.gain import GAINS, check_observable
 from fdi.methods.observer.hold import hold
 from fdi.methods.observer.model import linear_model
-from fdi.methods.observer.states import PSI, STATES
+from fdi.methods.observer.states import PSI, RESIDUALS, STATES
 from fdi.methods.observer.vehicle import Vehicle
 from fdi.telemetry.message import Floats
 
@@ -29,7 +30,6 @@ GAP_S: Final = 1.0
 """Records further apart are a gap."""
 BLANK: Final = 5.0
 """Time constants of the slowest pole after which 99 % of an error is forgotten."""
-_PAIRS: Final = ((0, 1), (3, 4))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,10 +43,8 @@ class Observer:
         ``poles`` or ``kalman``.
     measured : (m,) int
         Places of the outputs among the states.
-    at_north : (12, m) float
-        H at heading 0.
-    turns : bool
-        The gain turns with the heading.
+    late : float
+        s, how far outputs may be apart in time.
     blank_s : float
         After a start residuals are unknown for so long.
     """
@@ -54,17 +52,23 @@ class Observer:
     vehicle: Vehicle
     gain: str
     measured: NDArray[np.intp]
-    at_north: Floats
-    turns: bool
+    late: float
     blank_s: float
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of the outputs."""
+        return tuple(STATES[i] for i in self.measured)
 
     def gain_at(self, heading: float) -> Floats:
         """Return H (12, m) at a heading, rad."""
-        a, _ = linear_model(self.vehicle, heading)
-        if self.measured.size == len(STATES) or not self.turns:
-            return GAINS[self.gain](a, self.measured)
-        turned = _turned(heading)
-        return np.asarray(turned @ self.at_north @ turned[np.ix_(self.measured, self.measured)].T)
+        return GAINS[self.gain](linear_model(self.vehicle, heading)[0], self.measured)
+
+    def error_at(self, heading: float) -> Floats:
+        """Return A - HC (12, 12) at a heading, rad."""
+        error, _ = linear_model(self.vehicle, heading)
+        error[:, self.measured] -= self.gain_at(heading)
+        return error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +80,7 @@ class Record:
     t : float
         s.
     y : (12,) float
-        States as measured, yaw unwrapped; NaN for what is not an output. Yaw is always needed.
+        States as measured; of what is no output only yaw is looked at.
     u : (4,) float
         Thrust less weight, N, and torques, N m, as commanded.
     """
@@ -94,9 +98,11 @@ class ObserverState:
     ----------
     observer : Observer
     last : Record or None
-        The last record; None before the first.
+        The last record, its yaw continuous; None before the first.
     x : (12,) float
         The estimate at that record.
+    doubt : (12,) float
+        What the model may be off by there.
     since : float
         When it began, s.
     """
@@ -104,10 +110,20 @@ class ObserverState:
     observer: Observer
     last: Record | None
     x: Floats
+    doubt: Floats
     since: float
 
 
-def design(vehicle: Vehicle, outputs: Sequence[str] = STATES, gain: str = "poles") -> Observer:
+class Residuals(NamedTuple):
+    """After a record: residuals (13,), and by how much the model explains them at most (13,)."""
+
+    value: Floats
+    doubt: Floats
+
+
+def design(
+    vehicle: Vehicle, outputs: Sequence[str] = STATES, gain: str = "poles", *, late: float = 0.0
+) -> Observer:
     """Return an observer of a vehicle from its outputs.
 
     Parameters
@@ -117,85 +133,93 @@ def design(vehicle: Vehicle, outputs: Sequence[str] = STATES, gain: str = "poles
         Of ``states.STATES``.
     gain : str
         ``poles``: twelve between -4 and -5 1/s; ``kalman``: the steady filter's.
+    late : float
+        s, how far outputs may be apart in time.
 
     Raises
     ------
     UsageError
         The outputs leave states unknown, in words.
     """
-    a, _ = linear_model(vehicle, 0.0)
-    measured = check_observable(a, outputs)
-    at_north = GAINS[gain](a, measured)
-    slowest = -float(np.linalg.eigvals(a - _spread(at_north, measured)).real.max())
-    turns = all((i in measured) == (j in measured) for i, j in _PAIRS)
-    return Observer(vehicle, gain, measured, at_north, turns, BLANK / slowest)
+    measured = check_observable(linear_model(vehicle, 0.0)[0], outputs)
+    observer = Observer(vehicle, gain, measured, late, np.nan)
+    slowest = -float(np.linalg.eigvals(observer.error_at(0.0)).real.max())
+    return Observer(vehicle, gain, measured, late, BLANK / slowest)
 
 
 def begin(observer: Observer) -> ObserverState:
     """Return the state before the first record."""
-    return ObserverState(observer, None, np.zeros(len(STATES)), np.nan)
+    nothing = np.zeros(len(STATES))
+    return ObserverState(observer, None, nothing, nothing, np.nan)
 
 
-def step(state: ObserverState, record: Record) -> tuple[ObserverState, Floats]:
+def step(state: ObserverState, record: Record) -> tuple[ObserverState, Residuals]:
     """Return the state after a record, and its residuals.
 
     Parameters
     ----------
     state : ObserverState
     record : Record
-        Later than the last one; one that is not is left out, as is one with an output unknown.
+        One that is not later than the last, or lacks an output or input, is left out.
 
     Returns
     -------
     state : ObserverState
-    residuals : (13,) float
-        y - x, the yaw's wrapped, and the horizontal speed; NaN where there is no output, after a
+    residuals : Residuals
+        y - x, that of yaw wrapped, and the horizontal speed; NaN where there is no output, after a
         start, and where the record is left out.
     """
     observer, last = state.observer, state.last
-    unknown = np.full(len(STATES) + 1, np.nan)
-    needed = [*record.y[observer.measured], *record.u, record.y[PSI]]
-    if not np.all(np.isfinite(needed)) or (last is not None and record.t <= last.t):
-        return state, unknown
+    needed = (*record.y[observer.measured], record.y[PSI], *record.u)
+    if not np.isfinite(needed).all() or (last is not None and record.t <= last.t):
+        return state, _unknown()
     if last is None or record.t - last.t > GAP_S:
-        start = np.nan_to_num(record.y)
-        return ObserverState(observer, record, start, record.t), unknown
-    x = _advanced(observer, state.x, last, record)
-    state = ObserverState(observer, record, x, state.since)
-    return state, unknown if record.t - state.since < observer.blank_s else residuals_of(
-        observer, record, x
-    )
+        start, nothing = np.nan_to_num(record.y), np.zeros(len(STATES))
+        return ObserverState(observer, record, start, nothing, record.t), _unknown()
+    record = _continuous(record, float(last.y[PSI]))
+    x, doubted = _advanced(state, last, record)
+    state = ObserverState(observer, record, x, doubted, state.since)
+    is_blank = record.t - state.since < observer.blank_s
+    return state, _unknown() if is_blank else residuals_at(state)
 
 
-def _advanced(observer: Observer, x: Floats, last: Record, record: Record) -> Floats:
-    heading, span = float(last.y[PSI]), record.t - last.t
-    a, b = linear_model(observer.vehicle, heading)
+def _continuous(record: Record, before: float) -> Record:
+    """Return a record with its yaw within half a turn of what it was."""
+    y = record.y.copy()
+    y[PSI] = before + _wrapped(y[PSI] - before)
+    return Record(record.t, y, record.u)
+
+
+def _advanced(state: ObserverState, last: Record, record: Record) -> tuple[Floats, Floats]:
+    observer, heading, span = state.observer, float(last.y[PSI]), record.t - last.t
+    _, b = linear_model(observer.vehicle, heading)
     gain = observer.gain_at(heading)
-    phi, gamma_0, gamma_1 = hold(a - _spread(gain, observer.measured), span)
+    phi, gamma_0, gamma_1 = hold(observer.error_at(heading), span)
     before, after = (b @ one.u + gain @ one.y[observer.measured] for one in (last, record))
-    return np.asarray(phi @ x + gamma_0 @ before + gamma_1 @ (after - before) / span)
+    x = phi @ state.x + gamma_0 @ before + gamma_1 @ (after - before) / span
+    change, change_u = record.y - last.y, record.u - last.u
+    gap = between(observer.vehicle, last.y, change, change_u, span=span, late=observer.late)
+    first, then = (gap + doubt(observer.vehicle, one.y, one.u) for one in (last, record))
+    doubted = phi @ state.doubt + gamma_0 @ first + gamma_1 @ (then - first) / span
+    return x, doubted
 
 
-def residuals_of(observer: Observer, record: Record, x: Floats) -> Floats:
-    """Return the thirteen residuals, (13,), of an estimate at a record."""
-    left = np.full(len(STATES) + 1, np.nan)
-    left[observer.measured] = (record.y - x)[observer.measured]
-    left[PSI] = np.arctan2(np.sin(left[PSI]), np.cos(left[PSI]))
-    left[-1] = np.hypot(left[3], left[4])
-    return left
+def residuals_at(state: ObserverState) -> Residuals:
+    """Return the residuals at the last record, also those that are still blank."""
+    value, doubted = np.full(len(RESIDUALS), np.nan), np.full(len(RESIDUALS), np.nan)
+    if state.last is not None:
+        measured = state.observer.measured
+        value[measured] = (state.last.y - state.x)[measured]
+        doubted[measured] = np.abs(state.doubt[measured])
+        value[PSI] = _wrapped(value[PSI])
+        value[-1], doubted[-1] = (np.hypot(*one[3:5]) for one in (value, doubted))
+    return Residuals(value, doubted)
 
 
-def _spread(gain: Floats, measured: NDArray[np.intp]) -> Floats:
-    """Return H C, (12, 12)."""
-    whole = np.zeros((len(STATES), len(STATES)))
-    whole[:, measured] = gain
-    return whole
+def _wrapped(angle: float) -> float:
+    return float(np.arctan2(np.sin(angle), np.cos(angle)))
 
 
-def _turned(heading: float) -> Floats:
-    """Return the matrix that turns the horizontal pairs from north to a heading."""
-    c, n = np.cos(heading), np.sin(heading)
-    turned = np.eye(len(STATES))
-    for i, j in _PAIRS:
-        turned[np.ix_((i, j), (i, j))] = [[c, -n], [n, c]]
-    return turned
+def _unknown() -> Residuals:
+    nothing = np.full(len(RESIDUALS), np.nan)
+    return Residuals(nothing, nothing)

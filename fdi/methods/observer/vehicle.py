@@ -141,8 +141,12 @@ def mixing(vehicle: Vehicle, motors: Sequence[Motor]) -> Floats:
     (4, n) float
         1 and m; times thrusts (n,), N, it gives N and N m, body FRD.
     """
-    roll, pitch, yaw = (np.array([getattr(m, axis) for m in motors]) for axis in ("roll", "pitch", "yaw"))
-    squares = np.linalg.lstsq(np.stack([roll**2, pitch**2], axis=1), np.ones(len(motors)), rcond=None)[0]
+    roll, pitch, yaw = (
+        np.array([getattr(m, axis) for m in motors]) for axis in ("roll", "pitch", "yaw")
+    )
+    squares = np.linalg.lstsq(
+        np.stack([roll**2, pitch**2], axis=1), np.ones(len(motors)), rcond=None
+    )[0]
     along, across = vehicle.arm * np.sqrt(np.maximum(squares, 0.0))
     return np.stack(
         [np.ones(len(motors)), along * roll, across * pitch, vehicle.torque_per_thrust * yaw]
