@@ -2,7 +2,7 @@
 
 In: rows of a log and what is known of the vehicle. Out: the `Vehicle` with the thrust of its motors
 from the calm part of the flight, where they carry the weight, and, where change of body rates is
-explained by commanded torques to more than half, with the inertia that this takes; else the inertia
+explained by commanded torques to three quarters, with the inertia that this takes; else the inertia
 stays as stated. Mass and arm are not told by telemetry: as only ratios to them enter, a wrong one
 changes no residual.
 """
@@ -10,6 +10,7 @@ changes no residual.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -23,11 +24,15 @@ from fdi.methods.setup.moments import DELAYS_S, LAGS_S, LENGTHS, explain, interv
 from fdi.methods.setup.records import Series, Stretch
 from fdi.telemetry.airtime import SETTLING_S
 from fdi.telemetry.message import Floats
+from fdi.telemetry.motors import Motor
 
+HOVER_S: Final = 1.0
+"""A hover is calm for so long: four time constants of the observer."""
 CALM_S: Final = 20.0
-"""Of calm flight that tell thrust, centres and noise."""
-LEAST_CALM_S: Final = 5.0
-EXPLAINED: Final = 0.5
+"""From the first hover on calm rows tell thrust, centres and noise, as the policies' reference."""
+BLOCK_S: Final = 20.0
+"""Turns are judged over so long: a fault that lasts is constant there, and no part of them."""
+EXPLAINED: Final = 0.75
 """Share of the change of a body rate from which on its torque counts as told."""
 _LEVEL: Final = np.radians(25.0)  # a hover in strong wind
 _STEADY: Final = 0.5  # m/s, climb
@@ -36,9 +41,9 @@ _STILL: Final = 0.1  # rad/s
 
 
 def calm_mask(rows: Rows, air: tuple[float, float]) -> tuple[NDArray[np.bool_], bool]:
-    """Return the first calm rows of a flight, (n,) bool, and whether it had such at all.
+    """Return the calm rows of a flight's beginning, (n,) bool, and whether it hovers at all.
 
-    Where it has not, they are the first in the air that are known.
+    Where it does not, they are the first in the air that are known.
     """
     known = np.isfinite(rows.y).all(axis=0) & np.isfinite(rows.thrust).all(axis=0)
     flying = known & (rows.t >= air[0] + SETTLING_S) & (rows.t < air[1])
@@ -47,12 +52,17 @@ def calm_mask(rows: Rows, air: tuple[float, float]) -> tuple[NDArray[np.bool_], 
         calm = flying & (np.abs(rows.y[ANGLES][:2]).max(axis=0) < _LEVEL)
         calm &= (np.abs(rows.y[VELOCITY][2]) < _STEADY) & (speed < _SLOW)
         calm &= np.abs(rows.y[RATES]).max(axis=0) < _STILL
-    period = float(np.median(np.diff(rows.t)))
-    is_calm = bool(calm.sum() * period >= LEAST_CALM_S)
-    chosen = np.flatnonzero(calm if is_calm else flying)[: round(CALM_S / period)]
-    mask = np.zeros(rows.t.size, np.bool_)
-    mask[chosen] = True
-    return mask, is_calm
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], calm, [False]]).astype(np.int8)))
+    hovers = [a for a, b in zip(*edges.reshape(-1, 2).T, strict=True) if _lasts(rows, a, b - 1)]
+    chosen = calm if hovers else flying
+    if not chosen.any():
+        return chosen, False
+    start = float(rows.t[hovers[0] if hovers else int(np.argmax(chosen))])
+    return chosen & (rows.t >= start) & (rows.t < start + CALM_S), bool(hovers)
+
+
+def _lasts(rows: Rows, first: int, last: int) -> bool:
+    return bool(rows.t[last] - rows.t[first] >= HOVER_S)
 
 
 def fitted(
@@ -98,21 +108,26 @@ def _gains(rows: Rows, air: tuple[float, float]) -> Floats:
     known = np.isfinite(rows.y[RATES]).all(axis=0) & np.isfinite(rows.thrust).all(axis=0)
     rates = Series(rows.t[known], rows.y[RATES][:, known])
     inputs = Series(rows.t[known], rows.thrust[:, known])
-    factors = np.array(
-        [[getattr(m, axis) for m in rows.motors] for axis in ("roll", "pitch", "yaw")]
-    )
+    edges = np.arange(air[0], max(air[1] - BLOCK_S / 2, air[0] + 1.0), BLOCK_S)
+    blocks = [Stretch(a, b) for a, b in zip(edges, [*edges[1:], air[1]], strict=True)]
+    found = np.array([_gains_in(rates, inputs, one, rows.motors) for one in blocks])
+    told = np.isfinite(found).any(axis=0)
+    gains = np.full(3, np.nan)
+    gains[told] = np.nanmedian(found[:, told], axis=0)
+    return gains
+
+
+def _gains_in(rates: Series, inputs: Series, part: Stretch, motors: tuple[Motor, ...]) -> Floats:
+    factors = np.array([[m.roll, m.pitch, m.yaw] for m in motors]).T
     factors /= np.maximum(np.abs(factors).max(axis=1, keepdims=True), np.finfo(float).tiny)
     best, gains = np.ones(3), np.full(3, np.nan)
-    for times in LENGTHS:
-        for delay in DELAYS_S:
-            for lag in LAGS_S:
-                part = (Stretch(*air),)
-                found = intervals(rates, inputs, part, delay=delay, lag=lag, times=times)
-                if found is None:
-                    continue
-                left, gain = (one[0] for one in explain(found, factors[None]))
-                better = (left < best) & (gain > 0)
-                best, gains = np.where(better, left, best), np.where(better, gain, gains)
+    for times, delay, lag in product(LENGTHS, DELAYS_S, LAGS_S):
+        found = intervals(rates, inputs, (part,), delay=delay, lag=lag, times=times)
+        if found is None:
+            continue
+        left, gain = (one[0] for one in explain(found, factors[None]))
+        better = (left < best) & (gain > 0)
+        best, gains = np.where(better, left, best), np.where(better, gain, gains)
     return np.where(best < 1 - EXPLAINED, gains, np.nan)
 
 

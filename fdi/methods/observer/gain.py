@@ -85,6 +85,8 @@ def check_observable(a: Floats, outputs: Sequence[str]) -> NDArray[np.intp]:
 
 def placed(a: Floats, measured: NDArray[np.intp]) -> Floats:
     """Return the gain, (12, m), that puts the poles at `POLES`."""
+    if measured.size == len(STATES):
+        return np.asarray(a - np.diag(POLES))  # what follows says so, too, a hundred times slower
     from scipy.signal import place_poles
     from scipy.sparse.csgraph import connected_components
 

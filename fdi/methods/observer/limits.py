@@ -106,11 +106,24 @@ def learn(t: Floats, value: Floats, calm: NDArray[np.bool_]) -> Limits:
     swing[VELOCITY] = *2 * [np.hypot(*centre[VELOCITY][:2])], abs(centre[_VZ])
     swing[-1] = swing[VELOCITY][0]
     limits = Limits(centre, deviation, swing, float(t[calm].mean()))
+    period = float(np.median(np.diff(t)))
     for row, own in enumerate(np.abs(limits.off(value))):
         known = own[calm & np.isfinite(own)]
         if known.size:
-            deviation[row] = max(deviation[row], float(np.quantile(known, 0.9)) / _NINETY)
+            found = float(np.quantile(known, 0.9)) / _NINETY * _unsure(known.size * period)
+            deviation[row] = max(deviation[row], found)
     return limits
+
+
+def _unsure(length: float) -> float:
+    """Return by how much a deviation may be larger than it was seen to be over so long, s (95 %).
+
+    A residual remembers for a time constant: only so often it is seen anew.
+    """
+    from scipy.special import chdtri
+
+    count = max(length * float(np.abs(POLES).min()), 2.0)
+    return float(np.sqrt(count / chdtri(count, 0.95)))
 
 
 def alarms_of(t: Floats, off: Floats, threshold: Floats) -> tuple[Alarm, ...]:

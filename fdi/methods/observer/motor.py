@@ -47,22 +47,33 @@ def weak_motors(
     motors : sequence of Motor
     """
     turning = [a for a in alarms if a.residual == "r"]
-    tilting = [a for a in alarms if a.residual in ("p", "q")]
-    found: dict[tuple[int, float], WeakMotor] = {}
-    for one in turning:
-        for other in tilting:
-            start, end = max(one.start, other.start), min(one.end, other.end)
+    found: list[WeakMotor] = []
+    for tilting in (a for a in alarms if a.residual in ("p", "q")):
+        named: dict[int, WeakMotor] = {}
+        for one in turning:
+            start, end = max(one.start, tilting.start), min(one.end, tilting.end)
             if end - start < LASTS_S:
                 continue
             inside = (t >= start) & (t <= end)
             torque = np.nanmean(off[RATES][:, inside], axis=1) * vehicle.inertia
             number = motor_of(torque, vehicle, motors)
             if number is not None:
-                before = found.get((number, one.start))
-                if before is not None:
-                    start, end = min(start, before.start), max(end, before.end)
-                found[number, one.start] = WeakMotor(number, start, end)
-    return tuple(sorted(found.values(), key=lambda w: w.start))
+                since = named[number].start if number in named else start
+                named[number] = WeakMotor(number, since, end)
+        found.extend(named.values())
+    return _merged(found)
+
+
+def _merged(found: Sequence[WeakMotor]) -> tuple[WeakMotor, ...]:
+    """Return spans of the same motor that overlap as one, by time."""
+    merged: list[WeakMotor] = []
+    for one in sorted(found):
+        last = merged[-1] if merged else None
+        if last is not None and last.number == one.number and one.start <= last.end:
+            merged[-1] = last._replace(end=max(last.end, one.end))
+        else:
+            merged.append(one)
+    return tuple(sorted(merged, key=lambda w: (w.start, w.number)))
 
 
 def motor_of(torque: Floats, vehicle: Vehicle, motors: Sequence[Motor]) -> int | None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
-from fdi.methods.observer.fitted import LEAST_CALM_S, calm_mask, fitted, inputs_of
+from fdi.methods.observer.fitted import HOVER_S, calm_mask, fitted, inputs_of
 from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observer import Observer, Record, begin, design, step
@@ -168,8 +168,8 @@ def _notes(axes: Sequence[str], *, is_own: bool, is_calm: bool) -> list[str]:
     found = []
     if not is_calm:
         found.append(
-            f"the flight holds no {LEAST_CALM_S:.0f} s of hover: centres and noise are those of "
-            "its beginning"
+            f"the flight holds no hover of {HOVER_S:.1f} s: centres and noise are those of its "
+            "first seconds"
         )
     lacking = [name for name in ("roll", "pitch", "yaw") if name not in axes]
     if lacking and not is_own:

@@ -60,15 +60,12 @@ class Observer:
         """The names of the outputs."""
         return tuple(STATES[i] for i in self.measured)
 
-    def gain_at(self, heading: float) -> Floats:
-        """Return H (12, m) at a heading, rad."""
-        return GAINS[self.gain](linear_model(self.vehicle, heading)[0], self.measured)
-
-    def error_at(self, heading: float) -> Floats:
-        """Return A - HC (12, 12) at a heading, rad."""
-        error, _ = linear_model(self.vehicle, heading)
-        error[:, self.measured] -= self.gain_at(heading)
-        return error
+    def matrices_at(self, heading: float) -> tuple[Floats, Floats, Floats]:
+        """Return A - HC (12, 12), B (12, 4) and H (12, m) at a heading, rad."""
+        a, b = linear_model(self.vehicle, heading)
+        h = GAINS[self.gain](a, self.measured)
+        a[:, self.measured] -= h
+        return a, b, h
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +140,7 @@ def design(
     """
     measured = check_observable(linear_model(vehicle, 0.0)[0], outputs)
     observer = Observer(vehicle, gain, measured, late, np.nan)
-    slowest = -float(np.linalg.eigvals(observer.error_at(0.0)).real.max())
+    slowest = -float(np.linalg.eigvals(observer.matrices_at(0.0)[0]).real.max())
     return Observer(vehicle, gain, measured, late, BLANK / slowest)
 
 
@@ -192,9 +189,8 @@ def _continuous(record: Record, before: float) -> Record:
 
 def _advanced(state: ObserverState, last: Record, record: Record) -> tuple[Floats, Floats]:
     observer, heading, span = state.observer, float(last.y[PSI]), record.t - last.t
-    _, b = linear_model(observer.vehicle, heading)
-    gain = observer.gain_at(heading)
-    phi, gamma_0, gamma_1 = hold(observer.error_at(heading), span)
+    error, b, gain = observer.matrices_at(heading)
+    phi, gamma_0, gamma_1 = hold(error, span)
     before, after = (b @ one.u + gain @ one.y[observer.measured] for one in (last, record))
     x = phi @ state.x + gamma_0 @ before + gamma_1 @ (after - before) / span
     change, change_u = record.y - last.y, record.u - last.u
