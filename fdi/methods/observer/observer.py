@@ -30,6 +30,8 @@ GAP_S: Final = 1.0
 """Records further apart are a gap."""
 BLANK: Final = 5.0
 """Time constants of the slowest pole after which 99 % of an error is forgotten."""
+_PAIRS: Final = ((0, 1), (3, 4))
+"""Places of x and y, of vx and vy."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +49,8 @@ class Observer:
         s, how far outputs may be apart in time.
     blank_s : float
         After a start residuals are unknown for so long.
+    at_north : (12, m) float or None
+        H at heading 0, which turns with the heading; None where it is found anew at every step.
     """
 
     vehicle: Vehicle
@@ -54,6 +58,7 @@ class Observer:
     measured: NDArray[np.intp]
     late: float
     blank_s: float
+    at_north: Floats | None = None
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -63,7 +68,11 @@ class Observer:
     def matrices_at(self, heading: float) -> tuple[Floats, Floats, Floats]:
         """Return A - HC (12, 12), B (12, 4) and H (12, m) at a heading, rad."""
         a, b = linear_model(self.vehicle, heading)
-        h = GAINS[self.gain](a, self.measured)
+        if self.at_north is None:
+            h = GAINS[self.gain](a, self.measured)
+        else:
+            turn = _turned(heading)
+            h = turn @ self.at_north @ turn[np.ix_(self.measured, self.measured)].T
         a[:, self.measured] -= h
         return a, b, h
 
@@ -138,10 +147,17 @@ def design(
     UsageError
         The outputs leave states unknown, in words.
     """
-    measured = check_observable(linear_model(vehicle, 0.0)[0], outputs)
-    observer = Observer(vehicle, gain, measured, late, np.nan)
-    slowest = -float(np.linalg.eigvals(observer.matrices_at(0.0)[0]).real.max())
-    return Observer(vehicle, gain, measured, late, BLANK / slowest)
+    a, _ = linear_model(vehicle, 0.0)
+    measured = check_observable(a, outputs)
+    north = GAINS[gain](a, measured)
+    # seen from a frame that turns with the heading the equations stay as they are at north, if each
+    # horizontal pair is measured whole or not at all; all states measured cost nothing anew
+    is_whole = all((i in measured) == (j in measured) for i, j in _PAIRS)
+    is_diagonal = gain == "poles" and measured.size == len(STATES)
+    at_north = north if is_whole and not is_diagonal else None
+    a[:, measured] -= north
+    slowest = -float(np.linalg.eigvals(a).real.max())
+    return Observer(vehicle, gain, measured, late, BLANK / slowest, at_north)
 
 
 def begin(observer: Observer) -> ObserverState:
@@ -210,6 +226,15 @@ def residuals_at(state: ObserverState) -> Residuals:
         value[PSI] = _wrapped(value[PSI])
         value[-1], doubted[-1] = (np.hypot(*one[3:5]) for one in (value, doubted))
     return Residuals(value, doubted)
+
+
+def _turned(heading: float) -> Floats:
+    """Return the matrix that turns the horizontal pairs from north to a heading."""
+    c, n = np.cos(heading), np.sin(heading)
+    turned = np.eye(len(STATES))
+    for i, j in _PAIRS:
+        turned[np.ix_((i, j), (i, j))] = [[c, -n], [n, c]]
+    return turned
 
 
 def _wrapped(angle: float) -> float:

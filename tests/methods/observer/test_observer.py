@@ -113,8 +113,7 @@ def test_even_steps_equal_a_simulation_of_the_whole_log(seed, outputs):
     assert np.allclose(states.T, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
-@settings(max_examples=4, deadline=None)
-@given(st.integers(0, 999), st.sampled_from(["poles", "kalman"]))
+@pytest.mark.parametrize(("seed", "gain"), [(0, "poles"), (1, "poles"), (2, "kalman")])
 def test_it_converges_on_the_system_that_it_is_of(seed, gain):
     """Uneven steps, a system simulated exactly, an estimate that begins wrong in what is unseen."""
     rng = np.random.default_rng(seed)
@@ -123,7 +122,7 @@ def test_it_converges_on_the_system_that_it_is_of(seed, gain):
     x = rng.normal(0, 0.1, 12)
     x[PSI] = 0.4
     x[[6, 7, 8]] = 0.0
-    t = np.cumsum(rng.uniform(0.002, 0.008, 1200))
+    t = np.cumsum(rng.uniform(0.005, 0.025, 400))
     u = np.zeros((4, t.size))
     seen = [x]
     for before, after in pairwise(t):
