@@ -117,7 +117,7 @@ def test_even_steps_equal_a_simulation_of_the_whole_log(seed, outputs):
 def test_it_converges_on_the_system_that_it_is_of(seed, gain):
     """Uneven steps, a system simulated exactly, an estimate that begins wrong in what is unseen."""
     rng = np.random.default_rng(seed)
-    a, b = linear_model(VEHICLE, 0.4)
+    a, _ = linear_model(VEHICLE, 0.4)
     observer = design(VEHICLE, ("x", "y", "z", "phi", "theta", "psi"), gain)
     x = rng.normal(0, 0.1, 12)
     x[PSI] = 0.4
@@ -129,10 +129,13 @@ def test_it_converges_on_the_system_that_it_is_of(seed, gain):
         seen.append(hold(a, after - before)[0] @ seen[-1])
     y = np.array(seen).T
     # the heading of this system does not change, so A is the same at every step
-    found, states = run(observer, t, y, u)
-    assert np.abs(states[:, -1] - y[:, -1]).max() < 0.05 * np.abs(states[:, 0] - y[:, 0]).max()
-    assert np.nanmax(np.abs(found[:12, -1])) < 1e-2
-    assert b.shape == (12, 4)
+    told = y.copy()
+    told[3:9] = np.nan
+    found, states = run(observer, t, told, u)
+    assert np.abs(states[:, 0] - y[:, 0]).max() > 0.02
+    # a system seen as straight lines between records is not quite the system
+    assert np.abs(states[:, -1] - y[:, -1]).max() < 1e-3
+    assert np.nanmax(np.abs(found[:12, -1])) < 1e-3
 
 
 def test_yaw_may_pass_through_south():
