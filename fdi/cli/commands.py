@@ -34,6 +34,7 @@ from fdi.cli.figure import figure
 from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
+from fdi.cli.observe import observe
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.cli.vote import vote
@@ -68,6 +69,7 @@ for _command in (
     compare,
     figure,
     estimator,
+    observe,
     evaluate,
     fit,
     batch,
