@@ -1,10 +1,18 @@
 """Do all sources of heading agree, and which is the odd one out? And what instead of it?
 
 Given a log; sought which block (magnetometer, accelerometer, gyroscope, satellite receiver, camera)
-is wrong by a cross-check of headings, and what it would have said.
+is wrong by a cross-check of headings, and what it would have said. `Log` -> `HeadingCheck`.
 
-- ``geodesy.py``: courses and places on the ellipsoid
-- ``tilt.py``: roll and pitch by accelerometers, by gyroscopes, by both
-- ``compute.py``: headings by compass, course, camera
+- ``check.py``: the value of the whole, `cross_check`
+- ``motion.py``: what the log recorded of one flight
+- ``sources.py``: all headings, each with its deviation
+- ``increments.py``: changes over some seconds, one source against another
 - ``trees.py``: the decision trees
+- ``compute.py``: headings by compass, course, camera
+- ``tilt.py``: roll and pitch by accelerometers, by gyroscopes, by both
+- ``geodesy.py``: courses and places on the ellipsoid
 """
+
+from fdi.methods.heading.check import COMPONENTS, HeadingCheck, Named, cross_check
+
+__all__ = ["COMPONENTS", "HeadingCheck", "Named", "cross_check"]

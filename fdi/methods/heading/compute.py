@@ -15,7 +15,7 @@ from fdi.telemetry.message import Floats
 def levelled(field: Floats, roll: Floats, pitch: Floats) -> Floats:
     """Return a field (3, n) turned into the level frame: ahead, to the right, down."""
     turn = to_earth(roll, pitch, np.zeros_like(roll))
-    return np.einsum("nij,jn->in", turn, field)
+    return np.asarray(np.einsum("nij,jn->in", turn, field))
 
 
 def compass_heading(field: Floats, roll: Floats, pitch: Floats, declination: float) -> Floats:

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from itertools import product
 from typing import Final
 
-Pair = bool | None
+State = bool | None
 Table = Mapping[tuple[bool, bool, bool], str]
 
 NONE: Final = "none"
@@ -59,7 +59,7 @@ _TILTS_APART: Final = frozenset({"accelerometer", "angular_rate"})
 _TILTS_AGREE: Final = frozenset({NONE, "magnetometer"})
 
 
-def possible(table: Table, pairs: tuple[Pair, Pair, Pair]) -> frozenset[str]:
+def possible(table: Table, pairs: tuple[State, State, State]) -> frozenset[str]:
     """Return the verdicts that a table still allows; ``none`` alone where nothing disagrees.
 
     With one source absent a pair that disagrees leaves either of the two; whatever speaks for the
@@ -76,12 +76,12 @@ def possible(table: Table, pairs: tuple[Pair, Pair, Pair]) -> frozenset[str]:
     return found if len(found) == 1 else found - NAMELESS
 
 
-def tree_a(pairs: tuple[Pair, Pair, Pair]) -> frozenset[str]:
+def tree_a(pairs: tuple[State, State, State]) -> frozenset[str]:
     """Return the verdicts on inertial, satellite and optical heading."""
     return possible(TREE_A, pairs)
 
 
-def tree_b(pairs: tuple[Pair, Pair, Pair]) -> frozenset[str]:
+def tree_b(pairs: tuple[State, State, State]) -> frozenset[str]:
     """Return the verdicts on what the compass heading is made of.
 
     Without the satellite, tilts that agree tell nothing of the magnetometer, and tilts that do not

@@ -1,0 +1,305 @@
+"""By how much did heading, tilt and position change over some seconds, one source against another?
+
+In: a `Ride`. Out: `Pair`s: the difference of two sources' increments beside its own predicted
+deviation. Increments need no absolute truth: a compass' hard iron, a gyroscope's start, a wind are
+the same at both ends. A deviation adds, as variances,
+
+- the flight's own noise: of the pair, in the settled beginning (scaled median deviation), at least
+  what sensors of the kind are good for (`STATED`);
+- what lies between two records of a rate: were they independent, each would stand for one period
+  with the variance of half their difference squared;
+- what a compass reads late, times how fast the vehicle turns and leans, and what it deviates on
+  another heading;
+- by how much the heading depends on which tilt levels the compass (accelerometer, estimator);
+- what an acceleration does to the tilt of an accelerometer, atan(a / g).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.heading.compute import compass_heading
+from fdi.methods.heading.geodesy import wrap
+from fdi.methods.heading.motion import Bools, Fixes, Ride, gap_between
+from fdi.methods.heading.tilt import G, accelerometer_tilt, angle_rates, complementary
+from fdi.telemetry.message import Floats
+
+WINDOW_S: Final = 5.0
+LONG_S: Final = 30.0
+"""For positions: slow drifts."""
+GATE: Final = 5.0
+"""Deviations that count as a disagreement: by Gaussian noise one in 1.7 million (choice)."""
+LEFT: Final = 0.3
+"""Share of an acceleration's effect on the tilt that taking it off may leave (choice)."""
+STEADY: Final = 0.2
+"""Of gravity, by which specific force may differ for accelerometers to tell the tilt (choice)."""
+TAU_S: Final = 2.0
+"""Of the tilt by accelerometers; usual are 1 to 10 s."""
+COMPASS_LATE_S: Final = 0.1
+"""ArduPilot reads compasses at 10 Hz, PX4 averages over as long."""
+DEVIATION: Final = np.radians(1.4)
+"""What a good calibration leaves on other headings, one sigma (as in the models)."""
+FIX_LATE_S: Final = 0.1
+"""By which a receiver's position and velocity may be of different moments."""
+WANDERS: Final = 0.2
+"""m per root second: a receiver's position by its atmosphere and reflections (choice)."""
+STATED: Final[Mapping[str, float]] = MappingProxyType(
+    {"compass": np.radians(1.5), "gyroscope": np.radians(0.5), "estimator": np.radians(0.5),
+     "accelerometer": np.radians(1.5), "doppler": 0.1}
+)  # fmt: skip
+"""Least deviation of an increment over 5 s, rad; of a receiver's velocity, m/s (data sheets)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Two sources against each other.
+
+    Attributes
+    ----------
+    name : str
+        ``compass-gyroscope``.
+    off : (n,) float
+        Difference of the increments, rad or m; NaN where one is absent.
+    sigma : (n,) float
+        Its predicted deviation.
+    """
+
+    name: str
+    off: Floats
+    sigma: Floats
+
+    @property
+    def disagrees(self) -> Floats:
+        """1 where the two disagree, 0 where not, NaN where one is absent."""
+        apart = (np.abs(self.off) > GATE * self.sigma).astype(np.float64)
+        return np.where(np.isfinite(self.off) & np.isfinite(self.sigma), apart, np.nan)
+
+
+def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
+    """Return compass-gyroscope, compass-estimator, gyroscope-estimator over `WINDOW_S`."""
+    before = grid - WINDOW_S
+    tilt = _accelerometer_tilt(ride)
+    angles = np.array([*tilt, np.full(ride.t.size, np.nan)]) if ride.angles is None else ride.angles
+    turned = angle_rates(angles[0], angles[1], ride.rates)
+    gyro, between = _integrated(ride.t, turned[2], grid, before)
+    compass, doubt = _compass(ride, angles, turned, grid, before)
+    gap = gap_between(ride.t, before, grid)
+    for own in (gyro, compass):
+        own[gap] = np.nan
+    estimator = _change(ride.t, angles[2], grid, before)
+    stated = STATED
+    by_gyro = np.hypot(between, stated["gyroscope"])
+    by_compass = np.sqrt(doubt**2 + stated["compass"] ** 2)
+    by_estimator = np.hypot(stated["estimator"], _sampled_late(ride, turned[2], grid, before))
+    return (
+        _pair(ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)),
+        _pair(
+            ride, grid, "compass-estimator",
+            wrap(compass - estimator), np.hypot(by_compass, by_estimator),
+        ),
+        _pair(
+            ride, grid, "gyroscope-estimator", wrap(gyro - estimator),
+            np.hypot(by_gyro, by_estimator),
+        ),
+    )  # fmt: skip
+
+
+def tilt_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
+    """Return accelerometer-gyroscope, accelerometer-estimator, gyroscope-estimator.
+
+    Of roll and pitch the one that is further apart, in its own deviations.
+    """
+    before = grid - WINDOW_S
+    leant = [np.where(_is_steady(ride), own, np.nan) for own in accelerometer_tilt(ride.force)]
+    tilt = _accelerometer_tilt(ride)
+    angles = np.array([*tilt, np.zeros(ride.t.size)]) if ride.angles is None else ride.angles
+    turned = angle_rates(angles[0], angles[1], ride.rates)
+    gap = gap_between(ride.t, before, grid)
+    *pulled, left = _pulled(ride)
+    accelerated = np.hypot(_around(ride, left, grid), _around(ride, left, before))
+    found = []
+    for axis in (0, 1):
+        gyro, between = _integrated(ride.t, turned[axis], grid, before)
+        estimator = _change(ride.t, angles[axis], grid, before)
+        whole = _integral(ride.t, turned[axis])
+        # what both share is taken off before the angle is wrapped: an integral has no range
+        apart = _trailing(ride, wrap(leant[axis] - angles[axis])) - pulled[axis]
+        drifts = _trailing(ride, angles[axis] - whole)
+        by_force = [_change(ride.t, own, grid, before) for own in (apart + drifts, apart)]
+        for own in (gyro, *by_force):
+            own[gap] = np.nan
+        if ride.angles is None:
+            estimator[:] = by_force[1][:] = np.nan
+        late = _sampled_late(ride, turned[axis], grid, before)
+        by_gyro = np.hypot(between, STATED["gyroscope"])
+        doubt = np.hypot(STATED["accelerometer"], accelerated)
+        by_own = np.hypot(STATED["estimator"], late)
+        found.append(
+            (
+                _pair(ride, grid, "accelerometer-gyroscope", by_force[0],
+                      np.hypot(doubt, by_gyro)),
+                _pair(ride, grid, "accelerometer-estimator", by_force[1],
+                      np.hypot(doubt, by_own)),
+                _pair(ride, grid, "gyroscope-estimator", gyro - estimator,
+                      np.hypot(by_gyro, by_own)),
+            )
+        )  # fmt: skip
+    return tuple(_further(one, other) for one, other in zip(*found, strict=True))  # type: ignore[return-value]
+
+
+def receiver_pairs(ride: Ride, grid: Floats) -> tuple[Pair, ...]:
+    """Return the receiver's positions against its own velocity, over two windows."""
+    if ride.fixes is None:
+        return ()
+    return tuple(_receiver(ride, ride.fixes, grid, length) for length in (WINDOW_S, LONG_S))
+
+
+def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
+    before = grid - length
+    last = np.maximum(np.searchsorted(fixes.t, grid, side="right") - 1, 0)
+    first = np.maximum(np.searchsorted(fixes.t, before, side="right") - 1, 0)
+    place = fixes.position()
+    off, spread = np.zeros((2, grid.size)), np.zeros(grid.size)
+    for axis, speed in enumerate((fixes.north, fixes.east)):
+        steps = np.diff(fixes.at)
+        way = np.insert(np.cumsum((speed[1:] + speed[:-1]) / 2 * steps), 0, 0.0)
+        rough = np.insert(np.cumsum((np.diff(speed) * steps) ** 2 / 2), 0, 0.0)
+        off[axis] = place[axis][last] - place[axis][first] - (way[last] - way[first])
+        late = FIX_LATE_S * (speed[last] - speed[first])
+        spread += rough[last] - rough[first] + late**2
+    apart = np.hypot(*off)
+    apart[(last <= first) | gap_between(fixes.t, before, grid)] = np.nan
+    own = np.sqrt(WANDERS**2 * length + (STATED["doppler"] ** 2) * length + spread)
+    return _pair(ride, grid, f"fixes-doppler {length:g} s", apart, own)
+
+
+def _pair(ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats) -> Pair:
+    """Return a pair whose deviation is at least what the flight's beginning shows."""
+    low, high = ride.reference
+    seen = off[(grid >= low) & (grid <= high) & np.isfinite(off)]
+    noise = 1.4826 * float(np.median(np.abs(seen))) if seen.size else 0.0
+    return Pair(name, off, np.maximum(sigma, noise))
+
+
+def _further(one: Pair, other: Pair) -> Pair:
+    with np.errstate(invalid="ignore"):
+        first = ~(np.abs(other.off) / other.sigma > np.abs(one.off) / one.sigma)
+    return Pair(
+        one.name, np.where(first, one.off, other.off), np.where(first, one.sigma, other.sigma)
+    )
+
+
+def _accelerometer_tilt(ride: Ride) -> tuple[Floats, Floats]:
+    """Return roll and pitch by accelerometers, smoothed by gyroscopes over `TAU_S`."""
+    roll, pitch = accelerometer_tilt(ride.force)
+    k = np.exp(-np.diff(ride.t, prepend=ride.t[:1]) / TAU_S)
+    found = complementary(ride.t, ride.rates, roll, pitch, k)
+    return found[0], found[1]
+
+
+def _compass(
+    ride: Ride,
+    angles: Floats,
+    turned: Floats,
+    grid: Floats,
+    before: Floats,
+) -> tuple[Floats, Floats]:
+    """Return a compass' change of heading, and how far it is to be doubted."""
+    if ride.field is None:
+        return np.full(grid.size, np.nan), np.zeros(grid.size)
+    own = compass_heading(ride.field, angles[0], angles[1], 0.0)
+    force, (*pulled, left) = accelerometer_tilt(ride.force), _pulled(ride)
+    apart = [
+        _trailing(ride, wrap(force[axis] - angles[axis])) - np.nan_to_num(pulled[axis])
+        for axis in (0, 1)
+    ]
+    usual = STATED["accelerometer"] ** 2 + np.nan_to_num(left) ** 2
+    beyond = np.sqrt(np.maximum(sum(np.nan_to_num(x) ** 2 for x in apart) - usual, 0.0))
+    moved = _change(ride.t, _unwrap(own), grid, before)
+    dip = abs(np.tan(ride.dip))
+    leaning = np.hypot(turned[0], turned[1])
+    late = COMPASS_LATE_S * np.hypot(turned[2], dip * leaning)
+    ends = [_around(ride, late, when) for when in (grid, before)]
+    tilts = [dip * np.interp(when, ride.t, beyond) for when in (grid, before)]
+    swing = 2 * DEVIATION * np.abs(np.sin(np.nan_to_num(moved) / 2))
+    return moved, np.sqrt(sum(x**2 for x in (*ends, *tilts, swing)))
+
+
+def _around(ride: Ride, values: Floats, when: Floats) -> Floats:
+    """Return the largest of the records before and after a time."""
+    after = np.clip(np.searchsorted(ride.t, when), 1, ride.t.size - 1)
+    return np.maximum(values[after], values[after - 1])
+
+
+def _sampled_late(ride: Ride, rate: Floats, grid: Floats, before: Floats) -> Floats:
+    """Return what an angle is wrong by, that was recorded half a record from its rate."""
+    size = np.abs(rate) * ride.period / 2
+    return np.hypot(_around(ride, size, grid), _around(ride, size, before))
+
+
+def _is_steady(ride: Ride) -> Bools:
+    """Return where specific force is nearly gravity's: elsewhere it tells no tilt."""
+    return np.asarray(np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G)
+
+
+def _pulled(ride: Ride) -> tuple[Floats, Floats, Floats]:
+    """Return what accelerations over `TAU_S` add to roll and pitch by accelerometers, rad.
+
+    And how far that is to be doubted: receivers smooth their velocity, headings may be wrong. Where
+    no receiver tells accelerations, the tilt by accelerometers is not known.
+    """
+    if ride.fixes is None or ride.angles is None:
+        unknown = np.full(ride.t.size, np.nan)
+        return unknown, unknown, unknown
+    t, fixes, yaw = ride.t, ride.fixes, ride.angles[2]
+    north, east = (
+        (np.interp(t, fixes.t, row) - np.interp(t - TAU_S, fixes.t, row)) / TAU_S
+        for row in (fixes.north, fixes.east)
+    )
+    ahead = north * np.cos(yaw) + east * np.sin(yaw)
+    right = -north * np.sin(yaw) + east * np.cos(yaw)
+    ahead[gap_between(fixes.t, t - TAU_S, t)] = np.nan
+    doubt = LEFT * np.arctan(np.hypot(ahead, right) / G)
+    return -np.arctan(right / G), np.arctan(ahead / G), doubt
+
+
+def _integrated(t: Floats, rate: Floats, grid: Floats, before: Floats) -> tuple[Floats, Floats]:
+    """Return a rate's integral from ``before`` to ``grid``, and what records may have missed."""
+    whole = _integral(t, rate)
+    missed = np.insert(np.cumsum((np.diff(np.nan_to_num(rate)) * np.diff(t)) ** 2 / 2), 0, 0.0)
+    sums = [np.interp(grid, t, x) - np.interp(before, t, x) for x in (whole, missed)]
+    return sums[0], np.sqrt(np.maximum(sums[1], 0.0))
+
+
+def _integral(t: Floats, rate: Floats) -> Floats:
+    known = np.nan_to_num(rate)
+    return np.insert(np.cumsum((known[1:] + known[:-1]) / 2 * np.diff(t)), 0, 0.0)
+
+
+def _trailing(ride: Ride, angles: Floats) -> Floats:
+    """Return the mean of angles over `TAU_S` before each record; unknown ones do not count."""
+    known = np.isfinite(angles)
+    smooth = np.where(known, angles, 0.0)
+    total, count = (np.insert(np.cumsum(x), 0, 0.0) for x in (smooth, known.astype(float)))
+    first = np.searchsorted(ride.t, ride.t - TAU_S)
+    last = np.arange(1, ride.t.size + 1)
+    seen = count[last] - count[first]
+    mean = (total[last] - total[first]) / np.maximum(seen, 1)
+    return np.where(seen > 0, mean, np.nan)
+
+
+def _change(t: Floats, values: Floats, grid: Floats, before: Floats) -> Floats:
+    return np.asarray(np.interp(grid, t, values) - np.interp(before, t, values))
+
+
+def _unwrap(angles: Floats) -> Floats:
+    """Return angles without jumps; unknown ones stay unknown."""
+    known: Bools = np.isfinite(angles)
+    result = np.full(angles.size, np.nan)
+    result[known] = np.unwrap(angles[known])
+    return result
