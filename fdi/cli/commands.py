@@ -30,6 +30,7 @@ from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
 from fdi.cli.fit import fit
+from fdi.cli.heading import heading
 from fdi.cli.info import info
 from fdi.cli.inject import inject
 from fdi.cli.output import complain, prepare_streams
@@ -66,6 +67,7 @@ for _command in (
     estimator,
     evaluate,
     fit,
+    heading,
     batch,
     calibrate,
     inject,

@@ -63,6 +63,8 @@ class Pair:
     ----------
     name : str
         ``compass-gyroscope``.
+    kind : str
+        ``heading``, ``tilt`` or ``position``.
     off : (n,) float
         Difference of the increments, rad or m; NaN where one is absent.
     sigma : (n,) float
@@ -70,6 +72,7 @@ class Pair:
     """
 
     name: str
+    kind: str
     off: Floats
     sigma: Floats
 
@@ -175,22 +178,27 @@ def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
     apart = np.hypot(*off)
     apart[(last <= first) | gap_between(fixes.t, before, grid)] = np.nan
     own = np.sqrt(WANDERS**2 * length + (STATED["doppler"] ** 2) * length + spread)
-    return _pair(ride, grid, f"fixes-doppler {length:g} s", apart, own)
+    return _pair(ride, grid, f"fixes-doppler {length:g} s", apart, own, "position")
 
 
-def _pair(ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats) -> Pair:
+def _pair(
+    ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats, kind: str = "heading"
+) -> Pair:
     """Return a pair whose deviation is at least what the flight's beginning shows."""
     low, high = ride.reference
     seen = off[(grid >= low) & (grid <= high) & np.isfinite(off)]
     noise = 1.4826 * float(np.median(np.abs(seen))) if seen.size else 0.0
-    return Pair(name, off, np.maximum(sigma, noise))
+    return Pair(name, kind, off, np.maximum(sigma, noise))
 
 
 def _further(one: Pair, other: Pair) -> Pair:
     with np.errstate(invalid="ignore"):
         first = ~(np.abs(other.off) / other.sigma > np.abs(one.off) / one.sigma)
     return Pair(
-        one.name, np.where(first, one.off, other.off), np.where(first, one.sigma, other.sigma)
+        one.name,
+        "tilt",
+        np.where(first, one.off, other.off),
+        np.where(first, one.sigma, other.sigma),
     )
 
 

@@ -163,8 +163,8 @@ def _course(ride: Ride) -> Source:
     )
     turning = np.abs(angle_rates(*_tilt(ride), ride.rates)[2]) > TURNS
     bad = turning | (of_speed > SURE) | gap_between(fixes.t, t, t)
-    fastest = float(np.nanmax(speed)) if np.isfinite(speed).any() else 0.0
-    why = f"at {fastest:.1f} m/s at most its course tells no heading"
+    fastest = float(np.hypot(fixes.north, fixes.east).max())
+    why = f"at {fastest:.1f} m/s at most the course tells no heading"
     return _source(ride, name, np.where(bad, np.nan, heading), sigma, why)
 
 
