@@ -18,6 +18,8 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder
 - ``check_text.py``, ``check_document.py``: what ``fdi check`` tells
+- ``heading_text.py``, ``heading_figures.py``, ``heading_document.py``: what ``fdi heading`` tells;
+  ``heading_files.py``: the files of its folder; ``recovered.py``: the table of what it recovered
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and

@@ -7,13 +7,13 @@ columns that have their unit in their name. The file appears whole or not at all
 from __future__ import annotations
 
 import os
-import secrets
 from io import BytesIO
 from pathlib import Path
 from typing import Final
 
 from fdi.errors import OutputError, UsageError
 from fdi.methods.heading import Recovery
+from fdi.report.folder import write_file
 
 ENDINGS: Final = (".parquet", ".csv")
 
@@ -49,18 +49,7 @@ def write_recovered(recovery: Recovery, path: Path, *, force: bool = False) -> P
         There is a file already, or it cannot be written.
     """
     check_file(path, force=force)
-    content = _bytes(recovery, path.suffix.lower())
-    fresh = path.with_name(f".fdi-{secrets.token_hex(4)}.tmp")
-    try:
-        try:
-            fresh.write_bytes(content)
-            fresh.replace(path)
-        finally:
-            fresh.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"cannot be written: {error.strerror or error}", where=str(path)
-        ) from error
+    write_file(path, _bytes(recovery, path.suffix.lower()))
     return path
 
 

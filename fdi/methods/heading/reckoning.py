@@ -194,6 +194,5 @@ def _track(
 ) -> Track:
     """Return a track that ends where its records do, or have a gap."""
     gap = gap_between(records, ride.t, ride.t)
-    return Track(
-        method, *(np.where(gap, np.nan, way) for way in ways), np.where(gap, np.nan, sigma)
-    )
+    north, east, spread = (np.where(gap, np.nan, each) for each in (*ways, sigma))
+    return Track(method, north, east, spread)
