@@ -3,8 +3,8 @@
 In: a log. Out: `HeadingCheck`. Each cycle of the slowest source has one verdict, from four
 witnesses, each a table of which pairs disagree:
 
-- increments of heading (compass, gyroscope, estimator) and of tilt (accelerometer, gyroscope,
-  estimator): who disagrees with both others while these agree
+- increments of heading (compass, gyroscope, estimator) and of attitude (accelerometer, gyroscope,
+  compass): who disagrees with both others while these agree
 - the receiver's positions against its own velocity: nobody else is in it
 - the two trees of absolute headings
 
@@ -27,7 +27,7 @@ from fdi.methods.heading.increments import (
     Pair,
     heading_pairs,
     receiver_pairs,
-    tilt_pairs,
+    sensor_pairs,
 )
 from fdi.methods.heading.motion import Ride, ride_of
 from fdi.methods.heading.sources import Source, sources_of
@@ -57,7 +57,7 @@ COMPONENTS: Final = {
 """What a person replaces, by block."""
 ESTIMATOR: Final = "estimator"
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
-_TILT: Final = odd_one_out("accelerometer", "angular_rate", ESTIMATOR)
+_ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
 
 Verdicts = frozenset[str]
@@ -139,11 +139,11 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
     ride = ride_of(log, flight)
     sources = sources_of(log, ride)
     grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
-    turned, leant = heading_pairs(ride, grid), tilt_pairs(ride, grid)
+    turned, leant = heading_pairs(ride, grid), sensor_pairs(ride, grid)
     received = receiver_pairs(ride, grid)
     witnesses = {
         "increments of heading": _by_pairs(turned, _HEADING),
-        "increments of tilt": _by_pairs(leant, _TILT),
+        "increments of attitude": _by_pairs(leant, _ATTITUDE),
         "the receiver against itself": _by_receiver(received, grid.size),
     }
     suspect = [found == {"satellite"} for found in witnesses["the receiver against itself"]]

@@ -26,7 +26,13 @@ import numpy as np
 from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import wrap
 from fdi.methods.heading.motion import Bools, Fixes, Ride, gap_between
-from fdi.methods.heading.tilt import G, accelerometer_tilt, angle_rates, complementary
+from fdi.methods.heading.tilt import (
+    G,
+    accelerometer_tilt,
+    angle_rates,
+    complementary,
+    turned_by,
+)
 from fdi.telemetry.message import Floats
 
 WINDOW_S: Final = 5.0
@@ -38,6 +44,7 @@ LEFT: Final = 0.3
 """Share of an acceleration's effect on the tilt that taking it off may leave (choice)."""
 STEADY: Final = 0.2
 """Of gravity, by which specific force may differ for accelerometers to tell the tilt (choice)."""
+BRIEF_S: Final = 0.5
 TAU_S: Final = 2.0
 """Of the tilt by accelerometers; usual are 1 to 10 s."""
 COMPASS_LATE_S: Final = 0.1
@@ -64,7 +71,7 @@ class Pair:
     name : str
         ``compass-gyroscope``.
     kind : str
-        ``heading``, ``tilt`` or ``position``.
+        ``heading``, ``attitude`` or ``position``.
     off : (n,) float
         Difference of the increments, rad or m; NaN where one is absent.
     sigma : (n,) float
@@ -112,47 +119,101 @@ def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     )  # fmt: skip
 
 
-def tilt_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
-    """Return accelerometer-gyroscope, accelerometer-estimator, gyroscope-estimator.
+def sensor_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
+    """Return accelerometer-gyroscope, accelerometer-compass, gyroscope-compass.
 
-    Of roll and pitch the one that is further apart, in its own deviations.
+    No estimator is in them, and no heading: gravity and the Earth's field are two vectors that the
+    gyroscopes turn, and the angle between them belongs to the place. An estimator that follows
+    a wrong gyroscope agrees with it, and makes the accelerometer look wrong.
     """
     before = grid - WINDOW_S
+    return (
+        _gravity_turned(ride, grid, before),
+        _gravity_against_field(ride, grid, before),
+        _field_turned(ride, grid, before),
+    )
+
+
+def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return how far roll or pitch, whichever is further, is from what gyroscopes turned."""
     leant = [np.where(_is_steady(ride), own, np.nan) for own in accelerometer_tilt(ride.force)]
-    tilt = _accelerometer_tilt(ride)
-    angles = np.array([*tilt, np.zeros(ride.t.size)]) if ride.angles is None else ride.angles
+    angles = np.zeros((3, ride.t.size)) if ride.angles is None else ride.angles
     turned = angle_rates(angles[0], angles[1], ride.rates)
     gap = gap_between(ride.t, before, grid)
     *pulled, left = _pulled(ride)
-    accelerated = np.hypot(_around(ride, left, grid), _around(ride, left, before))
+    doubt = np.hypot(STATED["accelerometer"], _both(ride, left, grid, before))
     found = []
     for axis in (0, 1):
-        gyro, between = _integrated(ride.t, turned[axis], grid, before)
-        estimator = _change(ride.t, angles[axis], grid, before)
-        whole = _integral(ride.t, turned[axis])
+        _, between = _integrated(ride.t, turned[axis], grid, before)
         # what both share is taken off before the angle is wrapped: an integral has no range
         apart = _trailing(ride, wrap(leant[axis] - angles[axis])) - pulled[axis]
-        drifts = _trailing(ride, angles[axis] - whole)
-        by_force = [_change(ride.t, own, grid, before) for own in (apart + drifts, apart)]
-        for own in (gyro, *by_force):
-            own[gap] = np.nan
-        if ride.angles is None:
-            estimator[:] = by_force[1][:] = np.nan
-        late = _sampled_late(ride, turned[axis], grid, before)
-        by_gyro = np.hypot(between, STATED["gyroscope"])
-        doubt = np.hypot(STATED["accelerometer"], accelerated)
-        by_own = np.hypot(STATED["estimator"], late)
-        found.append(
-            (
-                _pair(ride, grid, "accelerometer-gyroscope", by_force[0],
-                      np.hypot(doubt, by_gyro)),
-                _pair(ride, grid, "accelerometer-estimator", by_force[1],
-                      np.hypot(doubt, by_own)),
-                _pair(ride, grid, "gyroscope-estimator", gyro - estimator,
-                      np.hypot(by_gyro, by_own)),
-            )
-        )  # fmt: skip
-    return tuple(_further(one, other) for one, other in zip(*found, strict=True))  # type: ignore[return-value]
+        drifts = _trailing(ride, angles[axis] - _integral(ride.t, turned[axis]))
+        off = _change(ride.t, apart + drifts, grid, before)
+        off[gap] = np.nan
+        sigma = np.sqrt(doubt**2 + between**2 + STATED["gyroscope"] ** 2)
+        found.append(_pair(ride, grid, "accelerometer-gyroscope", off, sigma, "attitude"))
+    return _further(found[0], found[1])
+
+
+def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return how the angle from specific force to field changed, beyond what accelerations do."""
+    north, east, left = _accelerations(ride)
+    flat = np.cos(ride.dip)
+    down = np.array([np.zeros(ride.t.size), np.zeros(ride.t.size), np.full(ride.t.size, -G)])
+    pulled = down + np.array([north, east, np.zeros(ride.t.size)])
+    earth = np.array(
+        [np.cos(ride.declination) * flat, np.sin(ride.declination) * flat, np.sin(ride.dip)]
+    )
+    expected = _angle(pulled, earth[:, None])
+    field = np.full((3, ride.t.size), np.nan) if ride.field is None else ride.field
+    seen = np.where(_is_steady(ride), _angle(ride.force, field), np.nan)
+    off = _change(ride.t, _trailing(ride, seen) - expected, grid, before)
+    off[gap_between(ride.t, before, grid)] = np.nan
+    late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
+    sigma = np.sqrt(
+        STATED["accelerometer"] ** 2
+        + STATED["compass"] ** 2
+        + DEVIATION**2
+        + _both(ride, left, grid, before) ** 2
+        + _both(ride, late, grid, before) ** 2
+    )
+    return _pair(ride, grid, "accelerometer-compass", off, sigma, "attitude")
+
+
+def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return by what angle the field misses where gyroscopes turned it."""
+    name, kind = "gyroscope-compass", "attitude"
+    if ride.field is None:
+        unknown = np.full(grid.size, np.nan)
+        return Pair(name, kind, unknown, unknown)
+    fixed = np.einsum("nij,jn->in", turned_by(ride.t, ride.rates), ride.field)
+    now, then = (
+        np.array([np.interp(when, ride.t, row) for row in fixed]) for when in (grid, before)
+    )
+    off = _angle(now, then)
+    off[gap_between(ride.t, before, grid)] = np.nan
+    between = sum(_integrated(ride.t, row, grid, before)[1] ** 2 for row in ride.rates)
+    late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
+    swing = [_change(ride.t, _integral(ride.t, row), grid, before) for row in ride.rates]
+    apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
+    sigma = np.sqrt(
+        STATED["compass"] ** 2
+        + 3 * STATED["gyroscope"] ** 2
+        + between
+        + _both(ride, late, grid, before) ** 2
+        + (2 * DEVIATION * np.sin(apart / 2)) ** 2
+    )
+    return _pair(ride, grid, name, off, sigma, kind)
+
+
+def _angle(one: Floats, other: Floats) -> Floats:
+    """Return the angle between vectors, (3, n) each."""
+    across = np.linalg.norm(np.cross(one, other, axis=0), axis=0)
+    return np.asarray(np.arctan2(across, (one * other).sum(axis=0)))
+
+
+def _both(ride: Ride, values: Floats, grid: Floats, before: Floats) -> Floats:
+    return np.hypot(_around(ride, values, grid), _around(ride, values, before))
 
 
 def receiver_pairs(ride: Ride, grid: Floats) -> tuple[Pair, ...]:
@@ -196,7 +257,7 @@ def _further(one: Pair, other: Pair) -> Pair:
         first = ~(np.abs(other.off) / other.sigma > np.abs(one.off) / one.sigma)
     return Pair(
         one.name,
-        "tilt",
+        one.kind,
         np.where(first, one.off, other.off),
         np.where(first, one.sigma, other.sigma),
     )
@@ -222,12 +283,14 @@ def _compass(
         return np.full(grid.size, np.nan), np.zeros(grid.size)
     own = compass_heading(ride.field, angles[0], angles[1], 0.0)
     force, (*pulled, left) = accelerometer_tilt(ride.force), _pulled(ride)
-    apart = [
-        _trailing(ride, wrap(force[axis] - angles[axis])) - np.nan_to_num(pulled[axis])
-        for axis in (0, 1)
-    ]
     usual = STATED["accelerometer"] ** 2 + np.nan_to_num(left) ** 2
-    beyond = np.sqrt(np.maximum(sum(np.nan_to_num(x) ** 2 for x in apart) - usual, 0.0))
+    beyond = np.zeros(ride.t.size)
+    for length in (TAU_S, BRIEF_S):  # a long mean is sure, and late
+        square = np.zeros(ride.t.size)
+        for axis in (0, 1):
+            apart = _trailing(ride, wrap(force[axis] - angles[axis]), length)
+            square += np.nan_to_num(apart - np.nan_to_num(pulled[axis])) ** 2
+        beyond = np.maximum(beyond, np.sqrt(np.maximum(square - usual, 0.0)))
     moved = _change(ride.t, _unwrap(own), grid, before)
     dip = abs(np.tan(ride.dip))
     leaning = np.hypot(turned[0], turned[1])
@@ -255,24 +318,30 @@ def _is_steady(ride: Ride) -> Bools:
     return np.asarray(np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G)
 
 
-def _pulled(ride: Ride) -> tuple[Floats, Floats, Floats]:
-    """Return what accelerations over `TAU_S` add to roll and pitch by accelerometers, rad.
+def _accelerations(ride: Ride) -> tuple[Floats, Floats, Floats]:
+    """Return accelerations north and east over `TAU_S`, m/s2, by the receiver.
 
-    And how far that is to be doubted: receivers smooth their velocity, headings may be wrong. Where
-    no receiver tells accelerations, the tilt by accelerometers is not known.
+    And by how much, rad, what they do to a tilt is to be doubted: receivers smooth their velocity.
+    Where no receiver tells them, the tilt by accelerometers is not known.
     """
-    if ride.fixes is None or ride.angles is None:
+    if ride.fixes is None:
         unknown = np.full(ride.t.size, np.nan)
         return unknown, unknown, unknown
-    t, fixes, yaw = ride.t, ride.fixes, ride.angles[2]
+    t, fixes = ride.t, ride.fixes
     north, east = (
         (np.interp(t, fixes.t, row) - np.interp(t - TAU_S, fixes.t, row)) / TAU_S
         for row in (fixes.north, fixes.east)
     )
+    north[gap_between(fixes.t, t - TAU_S, t)] = np.nan
+    return north, east, LEFT * np.arctan(np.hypot(north, east) / G)
+
+
+def _pulled(ride: Ride) -> tuple[Floats, Floats, Floats]:
+    """Return what accelerations add to roll and pitch by accelerometers, and the doubt, rad."""
+    north, east, doubt = _accelerations(ride)
+    yaw = np.full(ride.t.size, np.nan) if ride.angles is None else ride.angles[2]
     ahead = north * np.cos(yaw) + east * np.sin(yaw)
     right = -north * np.sin(yaw) + east * np.cos(yaw)
-    ahead[gap_between(fixes.t, t - TAU_S, t)] = np.nan
-    doubt = LEFT * np.arctan(np.hypot(ahead, right) / G)
     return -np.arctan(right / G), np.arctan(ahead / G), doubt
 
 
@@ -289,12 +358,12 @@ def _integral(t: Floats, rate: Floats) -> Floats:
     return np.insert(np.cumsum((known[1:] + known[:-1]) / 2 * np.diff(t)), 0, 0.0)
 
 
-def _trailing(ride: Ride, angles: Floats) -> Floats:
-    """Return the mean of angles over `TAU_S` before each record; unknown ones do not count."""
+def _trailing(ride: Ride, angles: Floats, length: float = TAU_S) -> Floats:
+    """Return the mean of angles over a time before each record; unknown ones do not count."""
     known = np.isfinite(angles)
     smooth = np.where(known, angles, 0.0)
     total, count = (np.insert(np.cumsum(x), 0, 0.0) for x in (smooth, known.astype(float)))
-    first = np.searchsorted(ride.t, ride.t - TAU_S)
+    first = np.searchsorted(ride.t, ride.t - length)
     last = np.arange(1, ride.t.size + 1)
     seen = count[last] - count[first]
     mean = (total[last] - total[first]) / np.maximum(seen, 1)

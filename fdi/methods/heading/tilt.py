@@ -88,3 +88,31 @@ def _change(roll: float, pitch: float, p: float, q: float, r: float) -> tuple[fl
         p + (q * sin(roll) + r * cos(roll)) * tan(held),
         q * cos(roll) - r * sin(roll),
     )
+
+
+def turned_by(t: Floats, rates: Floats) -> Floats:
+    """Return matrices, (n, 3, 3), from body axes to those of the first record, by gyroscopes.
+
+    Mean rate of two records over the time between them, as a rotation vector; a product from record
+    to record, hence a loop.
+    """
+    between = (rates[:, 1:] + rates[:, :-1]) / 2 * np.diff(t)
+    size = np.linalg.norm(between, axis=0)
+    scale = np.sinc(size / (2 * np.pi)) / 2
+    steps = np.array([np.cos(size / 2), *(between * scale)]).T.tolist()
+    found = np.empty((t.size, 4))
+    w, x, y, z = found[0] = (1.0, 0.0, 0.0, 0.0)
+    for i, (a, b, c, d) in enumerate(steps, 1):
+        w, x, y, z = found[i] = (
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        )
+    w, x, y, z = (found / np.linalg.norm(found, axis=1, keepdims=True)).T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
