@@ -56,6 +56,8 @@ COMPONENTS: Final = {
 }
 """What a person replaces, by block."""
 ESTIMATOR: Final = "estimator"
+PERSISTS: Final = 2
+"""Cycles in a row that name a block: one odd record makes no fault."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
@@ -235,7 +237,8 @@ def _stretches(t: Floats, verdicts: Sequence[str], by: Sequence[tuple[str, ...]]
     first = ""
     start = 0
     for i, verdict in enumerate((*verdicts, "")):
-        if i and verdict != verdicts[i - 1] and verdicts[i - 1] in BLOCKS:
+        ends = i and verdict != verdicts[i - 1] and verdicts[i - 1] in BLOCKS
+        if ends and i - start >= PERSISTS:
             block = verdicts[i - 1]
             first = first or block
             names = dict.fromkeys(name for row in by[start:i] for name in row)

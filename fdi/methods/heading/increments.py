@@ -4,14 +4,16 @@ In: a `Ride`. Out: `Pair`s: the difference of two sources' increments beside its
 deviation. Increments need no absolute truth: a compass' hard iron, a gyroscope's start, a wind are
 the same at both ends. A deviation adds, as variances,
 
-- the flight's own noise: of the pair, in the settled beginning (scaled median deviation), at least
-  what sensors of the kind are good for (`STATED`);
+- what sensors of the kind are good for (`STATED`);
 - what lies between two records of a rate: were they independent, each would stand for one period
   with the variance of half their difference squared;
 - what a compass reads late, times how fast the vehicle turns and leans, and what it deviates on
   another heading;
 - by how much the heading depends on which tilt levels the compass (accelerometer, estimator);
 - what an acceleration does to the tilt of an accelerometer, atan(a / g).
+
+Where the settled beginning of the flight shows more (median over deviation, as of a Gaussian), the
+deviation is scaled up to that: the flight's own noise.
 """
 
 from __future__ import annotations
@@ -245,11 +247,13 @@ def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
 def _pair(
     ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats, kind: str = "heading"
 ) -> Pair:
-    """Return a pair whose deviation is at least what the flight's beginning shows."""
+    """Return a pair whose deviation is scaled up where the flight's beginning shows more."""
     low, high = ride.reference
-    seen = off[(grid >= low) & (grid <= high) & np.isfinite(off)]
-    noise = 1.4826 * float(np.median(np.abs(seen))) if seen.size else 0.0
-    return Pair(name, kind, off, np.maximum(sigma, noise))
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(off) / sigma
+    seen = apart[(grid >= low) & (grid <= high) & np.isfinite(apart)]
+    scale = 1.4826 * float(np.median(seen)) if seen.size else 0.0
+    return Pair(name, kind, off, sigma * max(scale, 1.0))
 
 
 def _further(one: Pair, other: Pair) -> Pair:
@@ -282,10 +286,11 @@ def _compass(
     if ride.field is None:
         return np.full(grid.size, np.nan), np.zeros(grid.size)
     own = compass_heading(ride.field, angles[0], angles[1], 0.0)
-    force, (*pulled, left) = accelerometer_tilt(ride.force), _pulled(ride)
-    usual = STATED["accelerometer"] ** 2 + np.nan_to_num(left) ** 2
+    force = accelerometer_tilt(ride.force)
     beyond = np.zeros(ride.t.size)
     for length in (TAU_S, BRIEF_S):  # a long mean is sure, and late
+        *pulled, left = _pulled(ride, length)
+        usual = STATED["accelerometer"] ** 2 * TAU_S / length + np.nan_to_num(left) ** 2
         square = np.zeros(ride.t.size)
         for axis in (0, 1):
             apart = _trailing(ride, wrap(force[axis] - angles[axis]), length)
@@ -318,8 +323,8 @@ def _is_steady(ride: Ride) -> Bools:
     return np.asarray(np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G)
 
 
-def _accelerations(ride: Ride) -> tuple[Floats, Floats, Floats]:
-    """Return accelerations north and east over `TAU_S`, m/s2, by the receiver.
+def _accelerations(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
+    """Return accelerations north and east, means over a time before, m/s2, by the receiver.
 
     And by how much, rad, what they do to a tilt is to be doubted: receivers smooth their velocity.
     Where no receiver tells them, the tilt by accelerometers is not known.
@@ -329,16 +334,16 @@ def _accelerations(ride: Ride) -> tuple[Floats, Floats, Floats]:
         return unknown, unknown, unknown
     t, fixes = ride.t, ride.fixes
     north, east = (
-        (np.interp(t, fixes.t, row) - np.interp(t - TAU_S, fixes.t, row)) / TAU_S
+        (np.interp(t, fixes.t, row) - np.interp(t - length, fixes.t, row)) / length
         for row in (fixes.north, fixes.east)
     )
-    north[gap_between(fixes.t, t - TAU_S, t)] = np.nan
+    north[gap_between(fixes.t, t - length, t)] = np.nan
     return north, east, LEFT * np.arctan(np.hypot(north, east) / G)
 
 
-def _pulled(ride: Ride) -> tuple[Floats, Floats, Floats]:
+def _pulled(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
     """Return what accelerations add to roll and pitch by accelerometers, and the doubt, rad."""
-    north, east, doubt = _accelerations(ride)
+    north, east, doubt = _accelerations(ride, length)
     yaw = np.full(ride.t.size, np.nan) if ride.angles is None else ride.angles[2]
     ahead = north * np.cos(yaw) + east * np.sin(yaw)
     right = -north * np.sin(yaw) + east * np.cos(yaw)
