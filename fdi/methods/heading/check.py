@@ -57,7 +57,7 @@ COMPONENTS: Final = {
 """What a person replaces, by block."""
 ESTIMATOR: Final = "estimator"
 PERSISTS: Final = 2
-"""Cycles in a row that name a block: one odd record makes no fault."""
+"""Cycles within a window that name a block: one odd record makes no fault."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
@@ -67,7 +67,7 @@ Verdicts = frozenset[str]
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A stretch over which a block was named without interruption.
+    """A stretch over which a block was named again and again, and no other one.
 
     Attributes
     ----------
@@ -233,17 +233,21 @@ def _together(
 
 
 def _stretches(t: Floats, verdicts: Sequence[str], by: Sequence[tuple[str, ...]]) -> list[Named]:
-    found: list[Named] = []
-    first = ""
-    start = 0
-    for i, verdict in enumerate((*verdicts, "")):
-        ends = i and verdict != verdicts[i - 1] and verdicts[i - 1] in BLOCKS
-        if ends and i - start >= PERSISTS:
-            block = verdicts[i - 1]
-            first = first or block
-            names = dict.fromkeys(name for row in by[start:i] for name in row)
-            span = (float(t[start]), float(t[i - 1]))
-            found.append(Named(block, *span, tuple(names), is_late=block != first))
-        if i == 0 or verdict != verdicts[i - 1]:
-            start = i
+    """Return where a block is named by at least `PERSISTS` cycles, none of another between.
+
+    Two of them are further apart than `WINDOW_S` at most where they begin anew.
+    """
+    runs: list[list[int]] = []
+    for i in (i for i, verdict in enumerate(verdicts) if verdict in BLOCKS):
+        last = runs[-1][-1] if runs else None
+        if last is None or verdicts[last] != verdicts[i] or t[i] - t[last] > WINDOW_S:
+            runs.append([])
+        runs[-1].append(i)
+    runs = [run for run in runs if len(run) >= PERSISTS]
+    found = []
+    for run in runs:
+        names = dict.fromkeys(name for i in run for name in by[i])
+        span = (float(t[run[0]]), float(t[run[-1]]))
+        is_late = verdicts[run[0]] != verdicts[runs[0][0]]
+        found.append(Named(verdicts[run[0]], *span, tuple(names), is_late=is_late))
     return found

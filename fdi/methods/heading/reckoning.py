@@ -34,6 +34,8 @@ _BLOCK_S: Final = 5.0
 """Means over so long show how what is taken as constant wanders."""
 _FIX: Final = 0.5  # m, of a fix against the one before
 _SPEED: Final = 0.1  # m/s, of a receiver, averaged
+_LATE: Final = 0.2
+"""s, by which a fix is older than its record: what is reckoned does not lag."""
 _FLOW: Final = 0.1
 """Of a velocity by optical flow, share."""
 _AIRSPEED: Final = 0.3  # m/s
@@ -130,6 +132,7 @@ def _airspeed(log: Log, ride: Ride, fixes: Fixes, start: float) -> Track | None:
         + (length * HEADING) ** 2
         + (np.maximum(wanders, _WIND) * since) ** 2
         + (_AIRSPEED * since) ** 2
+        + _lag(through + blown[:, None], t, start) ** 2
     )
     ways = [_way(t, row + w, start) for row, w in zip(through, blown, strict=True)]
     return _track(ride, "airspeed", (ways[0], ways[1]), np.sqrt(spread), found.t)
@@ -158,12 +161,18 @@ def _inertial(ride: Ride, fixes: Fixes, start: float) -> Track | None:
     walk = np.mean(missed[:, before[1:]] ** 2) / 2 / max(ride.period, 1e-3)
     slow = max(_TILT * G, wanders)
     spread = _FIX**2 + (_SPEED * since) ** 2 + (slow * since**2 / 2) ** 2 + walk * since**3 / 3
-    ways = []
-    for row, speed in zip(pull, (fixes.north, fixes.east), strict=True):
-        first_speed = float(np.interp(start, fixes.t, speed))
-        moved = _way(t, first_speed + _way(t, row, start), start)
-        ways.append(moved)
+    begun = [float(np.interp(start, fixes.t, speed)) for speed in (fixes.north, fixes.east)]
+    speeds = np.array([v + _way(t, row, start) for v, row in zip(begun, pull, strict=True)])
+    # the speed to begin with is late, too
+    early = np.hypot(*(np.interp(start, t, row) for row in pull))
+    spread += _lag(speeds, t, start) ** 2 + (_LATE * early * since) ** 2
+    ways = [_way(t, row, start) for row in speeds]
     return _track(ride, "inertial", (ways[0], ways[1]), np.sqrt(spread), t)
+
+
+def _lag(speeds: Floats, t: Floats, start: float) -> Floats:
+    """Return by how much, m, a receiver that is late would differ, by how the velocity changed."""
+    return np.asarray(_LATE * np.hypot(*(row - np.interp(start, t, row) for row in speeds)))
 
 
 def _missing(ride: Ride, fixes: Fixes, pull: Floats) -> Floats:
