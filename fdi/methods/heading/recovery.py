@@ -224,12 +224,11 @@ def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propa
     since = np.maximum(ride.t - start, 0.0)
     scatter = float(np.std(drift - slope * t - first))
     learnt = max(float(np.ptp(t)), WINDOW_S)
-    # of a line through points that wander: its slope, beside what a bias changes by itself
-    of_slope = np.hypot(BIAS, np.sqrt(12) * scatter / learnt / np.sqrt(learnt / WINDOW_S))
-    spread = (
-        DEVIATION**2 + scatter**2 + (of_slope * since) ** 2
-        + np.maximum(missed - np.interp(start, ride.t, missed), 0.0)
-    )  # fmt: skip
+    # of a line through points that wander as slowly as it is long
+    of_slope = np.hypot(BIAS, np.sqrt(12) * scatter / learnt)
+    sampled = own * ride.period / 2  # an angle and its rate may be half a record apart
+    walked = np.maximum(missed - np.interp(start, ride.t, missed), 0.0)
+    spread = DEVIATION**2 + scatter**2 + (of_slope * since) ** 2 + walked + sampled**2
     return _Propagated(whole + first + slope * (ride.t - start), np.sqrt(spread), float(slope))
 
 
