@@ -15,7 +15,7 @@ odd one out is told, and accuses no block.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -141,8 +141,8 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
     ride = ride_of(log, flight)
     sources = sources_of(log, ride)
     grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
-    turned, leant = heading_pairs(ride, grid), sensor_pairs(ride, grid)
-    received = receiver_pairs(ride, grid)
+    turned, received = heading_pairs(ride, grid), receiver_pairs(ride, grid)
+    leant = _without_receiver(sensor_pairs(ride, grid), received)
     witnesses = {
         "increments of heading": _by_pairs(turned, _HEADING),
         "increments of attitude": _by_pairs(leant, _ATTITUDE),
@@ -154,6 +154,22 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
     pairs = (*turned, *leant, *received)
     named = tuple(_stretches(grid, verdicts, by))
     return HeadingCheck(ride, sources, grid, verdicts, open_to, pairs, named)
+
+
+def _without_receiver(pairs: Sequence[Pair], received: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Return pairs, unknown those of accelerometers where the receiver contradicts itself.
+
+    It tells the accelerations that are taken off what they read.
+    """
+    doubted = np.zeros(pairs[0].off.size, np.bool_)
+    for one in received:
+        doubted |= one.disagrees == 1.0
+    return tuple(
+        replace(pair, off=np.where(doubted, np.nan, pair.off))
+        if pair.name.startswith("accelerometer")
+        else pair
+        for pair in pairs
+    )
 
 
 def _by_pairs(pairs: Sequence[Pair], table: Table) -> list[Verdicts]:

@@ -23,8 +23,10 @@ from fdi.telemetry.message import Floats
 
 Bools = NDArray[np.bool_]
 
-GAP: Final = 2.5
-"""Periods without a record, after which nothing is carried over."""
+GAP: Final = 3.0
+GAP_S: Final = 1.0
+"""Periods and seconds without a record, beyond both of which nothing is carried over: as where
+signals are sampled."""
 REFERENCE_S: Final = 20.0
 """The beginning of a flight, settled, by which its own noise is told: as the estimator's levels."""
 FIX_3D: Final = 3
@@ -265,7 +267,7 @@ def gap_between(records: Floats, first: Floats, last: Floats) -> Bools:
     if records.size < 2:
         return np.ones(first.size, np.bool_)
     widths = np.diff(records)
-    count = np.insert(np.cumsum(widths > GAP * np.median(widths)), 0, 0)
+    count = np.insert(np.cumsum(widths > max(GAP_S, GAP * np.median(widths))), 0, 0)
     low = np.searchsorted(records, first, side="right") - 1
     high = np.searchsorted(records, last)
     outside = (low < 0) | (high >= records.size)
