@@ -299,7 +299,8 @@ def _compass(
     moved = _change(ride.t, _unwrap(own), grid, before)
     dip = abs(np.tan(ride.dip))
     leaning = np.hypot(turned[0], turned[1])
-    late = COMPASS_LATE_S * np.hypot(turned[2], dip * leaning)
+    # an attitude between two that are far apart levels a compass as badly as a late one
+    late = np.hypot(COMPASS_LATE_S, ride.coarse) * np.hypot(turned[2], dip * leaning)
     ends = [_around(ride, late, when) for when in (grid, before)]
     tilts = [dip * np.interp(when, ride.t, beyond) for when in (grid, before)]
     swing = 2 * DEVIATION * np.abs(np.sin(np.nan_to_num(moved) / 2))
@@ -314,7 +315,7 @@ def _around(ride: Ride, values: Floats, when: Floats) -> Floats:
 
 def _sampled_late(ride: Ride, rate: Floats, grid: Floats, before: Floats) -> Floats:
     """Return what an angle is wrong by, that was recorded half a record from its rate."""
-    size = np.abs(rate) * ride.period / 2
+    size = np.abs(rate) * (ride.period / 2 + ride.coarse)
     return np.hypot(_around(ride, size, grid), _around(ride, size, before))
 
 

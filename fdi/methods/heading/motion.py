@@ -83,6 +83,8 @@ class Ride:
         s, from when to when.
     cycle : float
         s, period of the slowest source: a verdict each.
+    coarse : float
+        s, half of what the estimator's attitudes are further apart than the inertial records.
     declination, dip : float
         Of the Earth's field, rad.
     absent : Mapping[str, str]
@@ -101,6 +103,7 @@ class Ride:
     air: tuple[float, float]
     flight: int
     cycle: float
+    coarse: float
     declination: float
     dip: float
     has_wings: bool
@@ -169,6 +172,7 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         air,
         number,
         max(periods),
+        0.0 if known is None else max(known.period - inertial.period, 0.0) / 2,
         declination or 0.0,
         _DIP if dip is None else dip,
         log.vehicle in ("plane", "vtol") and not log.frame,
