@@ -58,6 +58,8 @@ COMPONENTS: Final = {
 ESTIMATOR: Final = "estimator"
 PERSISTS: Final = 2
 """Cycles within a window that name a block: one odd record makes no fault."""
+CONFIRMS: Final = 2.0
+"""Deviations by which the field must have turned otherwise: what 95 % of healthy ones have not."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
@@ -144,7 +146,7 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
     turned, received = heading_pairs(ride, grid), receiver_pairs(ride, grid)
     leant = _without_receiver(sensor_pairs(ride, grid), received)
     witnesses = {
-        "increments of heading": _by_pairs(turned, _HEADING),
+        "increments of heading": _confirmed(_by_pairs(turned, _HEADING), leant[2]),
         "increments of attitude": _by_pairs(leant, _ATTITUDE),
         "the receiver against itself": _by_receiver(received, grid.size),
     }
@@ -180,6 +182,19 @@ def _by_pairs(pairs: Sequence[Pair], table: Table) -> list[Verdicts]:
 def _known(row: Floats) -> tuple[State, State, State]:
     first, second, third = (None if np.isnan(x) else bool(x) for x in row)
     return first, second, third
+
+
+def _confirmed(found: list[Verdicts], field: Pair) -> list[Verdicts]:
+    """Return verdicts that accuse a compass only where the field itself turned otherwise.
+
+    A heading depends on the tilt that levels it, and the field against gyroscopes does not.
+    """
+    is_off = np.abs(field.off) > CONFIRMS * field.sigma
+    wait = frozenset({UNDECIDED})
+    return [
+        wait if one == {"magnetometer"} and not off else one
+        for one, off in zip(found, is_off, strict=True)
+    ]
 
 
 def _by_receiver(pairs: Sequence[Pair], size: int) -> list[Verdicts]:
