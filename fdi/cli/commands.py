@@ -32,6 +32,7 @@ from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
 from fdi.cli.figure import figure
 from fdi.cli.fit import fit
+from fdi.cli.heading import heading
 from fdi.cli.info import info
 from fdi.cli.inject import inject
 from fdi.cli.observe import observe
@@ -72,6 +73,7 @@ for _command in (
     observe,
     evaluate,
     fit,
+    heading,
     batch,
     calibrate,
     inject,

@@ -20,6 +20,8 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``check_text.py``, ``check_document.py``: what ``fdi check`` tells
 - ``observer_text.py``, ``observer_figures.py``, ``observer_document.py``: what ``fdi observe``
   tells; ``observer_files.py``: the files of its folder
+- ``heading_text.py``, ``heading_figures.py``, ``heading_document.py``: what ``fdi heading`` tells;
+  ``heading_files.py``: the files of its folder; ``recovered.py``: the table of what it recovered
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and

@@ -1,0 +1,255 @@
+"""Which block does `fdi heading` name, and how far off is what it recovers?
+
+    .venv/bin/python benchmarks/heading.py [FOLDER...]
+
+FOLDERs hold flights and their `labels.json`; by default `../shared/flights`, of which the simulated
+ones of `sitl/` count. Prints three tables in Markdown: which block is named on labelled flights of
+compass, receiver and gyroscopes, and on healthy ones; positions recovered on healthy flights whose
+receiver is made to fail in six ways; headings and tilts recovered on healthy flights where a sensor
+is assumed to have failed. A fault in records reaches no controller: the vehicle flies on as it did,
+which is how the truth is known.
+"""
+
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fdi.errors import FdiError
+from fdi.methods.heading import COMPONENTS, HeadingCheck, Recovery, cross_check, recover
+from fdi.methods.heading.motion import Fixes
+from fdi.telemetry import Log, read
+from fdi.telemetry.message import Column
+from fdi.units import Conversion
+
+ROOT = Path(__file__).parents[1]
+FOLDER = ROOT.parent / "shared" / "flights"
+FAILED = ("compass", "gps", "gyroscope")
+AFTER_S = (5, 10, 30, 60)
+LEARNT_S = 40.0
+"""In the air before a receiver fails."""
+SHORTEST_S = 75.0
+EARLY_S = 1.0
+"""By which a label may be late: sensors are sampled, labels are exact."""
+Values = dict[str, np.ndarray]
+
+
+def flights(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    labels = json.loads((folder / "labels.json").read_text(encoding="utf-8"))["flights"]
+    for name, label in labels.items():
+        own = name.startswith("sitl/") or not (folder / "sitl").is_dir()
+        if label["use"] == "diagnosis" and own:
+            yield folder / name, label
+
+
+def checked(path: Path) -> tuple[Log, HeadingCheck] | None:
+    log = read(path)
+    try:
+        return log, cross_check(log)
+    except FdiError:
+        return None
+
+
+def verdicts(folder: Path) -> None:
+    rows: dict[str, list[str]] = defaultdict(list)
+    delays: list[float] = []
+    for path, label in flights(folder):
+        components = {fault["component"] for fault in label["faults"]}
+        if components and not components & set(FAILED):
+            continue
+        kind = next(iter(components), "healthy")
+        found = checked(path)
+        if found is None:
+            rows[kind].append("refused")
+            continue
+        check = found[1]
+        until = label["evaluate_until"] or np.inf
+        named = [one for one in check.named if one.start <= until]
+        if not components:
+            rows[kind].append("false" if named else "right")
+            continue
+        onset = label["faults"][0]["onset"]
+        rows[kind].append(outcome(check, named, components, onset))
+        if rows[kind][-1] == "right" and label["faults"][0]["kind"] == "step":
+            delays.append((named[0].start - onset) / check.ride.cycle)
+    print(f"\n| {folder.name} | flights | right | no fix, told | nobody | wrong | refused |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for kind, all_of in sorted(rows.items()):
+        counts = [all_of.count(x) for x in ("right", "absent", "nobody", "false", "refused")]
+        print(f"| {kind} | {len(all_of)} | " + " | ".join(map(str, counts)) + " |")
+    sick = [one for kind, all_of in rows.items() if kind != "healthy" for one in all_of]
+    told = sick.count("right") + sick.count("absent")
+    quick = sum(delay <= 1.0 for delay in delays)
+    print(f"\nfaults: {sick.count('right')} named and {told} told of {len(sick)}; of "
+          f"{len(delays)} steps named {quick} begin within a cycle, median "
+          f"{np.median(delays) if delays else np.nan:.1f} cycles")  # fmt: skip
+
+
+def outcome(check: HeadingCheck, named: list, components: set[str], onset: float) -> str:
+    if not named:
+        lost = any(high - low > EARLY_S / 2 and low > onset - EARLY_S
+                   for low, high in check.ride.lost)  # fmt: skip
+        return "absent" if lost and "gps" in components else "nobody"
+    right = COMPONENTS[named[0].block] in components and named[0].start > onset - EARLY_S
+    return "right" if right else "false"
+
+
+def with_values(log: Log, values: Values) -> Log:
+    """Return a log with other values, SI by raw record, of its receiver."""
+    message = log["GPS_RAW_INT"]
+    columns = dict(message.columns)
+    for name, own in values.items():
+        unit = message.unit(name)
+        columns[name] = Column(load=lambda own=own: np.array(own), conversion=Conversion(unit))
+    return log.with_message(replace(message, columns=columns, _cache={}))
+
+
+def held(values: np.ndarray, fails: np.ndarray) -> np.ndarray:
+    return np.where(fails, values[max(int(np.argmax(fails)) - 1, 0)], values)
+
+
+def failures(t: np.ndarray, since: float, own: Values) -> Iterator[tuple[str, Values]]:
+    """Yield six ways in which a receiver fails."""
+    fails, lat, lon = t >= since, own["lat"], own["lon"]
+    first = max(int(np.argmax(fails)) - 1, 0)
+    metre = 1 / 6.371e6
+    yield "zero", {name: np.where(fails, 0.0, own[name]) for name in ("lat", "lon", "vel")}
+    yield "scale", {x: np.where(fails, own[x][first] + 1.5 * (own[x] - own[x][first]), own[x])
+                    for x in ("lat", "lon")}  # fmt: skip
+    spikes = fails & (np.cumsum(fails) % 20 == 1)
+    yield "spike", {"lat": lat + np.where(spikes, 50 * metre, 0.0)}
+    yield "freeze", {name: held(own[name], fails) for name in ("lat", "lon", "vel", "cog")}
+    yield "drift", {"lon": lon + np.where(fails, (t - since) * metre / np.cos(lat), 0.0)}
+    yield "dropout", {"fix_type": np.where(fails, 0.0, own["fix_type"])}
+
+
+def position_errors(recovery: Recovery, truth: Fixes) -> Iterator[tuple[int, float, float, float]]:
+    """Yield seconds after, error, its predicted deviation, and the distance flown, m."""
+    place = truth.position()
+    for after in AFTER_S:
+        when = recovery.start + after
+        if when > min(recovery.end, truth.t[-1]):
+            continue
+        moved = [np.interp(when, truth.t, row) - np.interp(recovery.start, truth.t, row)
+                 for row in place]  # fmt: skip
+        said = [np.interp(when, recovery.t, recovery.columns[x]) for x in ("north_m", "east_m")]
+        sigma = np.sqrt(2) * np.interp(when, recovery.t, recovery.columns["sigma_m"])
+        rows = (truth.t >= recovery.start) & (truth.t <= when)
+        speed = np.hypot(truth.north[rows], truth.east[rows])
+        way = float((speed[1:] * np.diff(truth.t[rows])).sum())
+        yield after, float(np.hypot(*np.subtract(said, moved))), float(sigma), way
+
+
+def positions(folder: Path) -> None:
+    errors: dict[tuple[str, int], list[tuple[float, float, float]]] = defaultdict(list)
+    told: dict[str, list[bool]] = defaultdict(list)
+    for path, label in flights(folder):
+        found = None if label["faults"] else checked(path)
+        if found is None or found[1].ride.fixes is None:
+            continue
+        log, ride = found[0], found[1].ride
+        if ride.air[1] - ride.air[0] < SHORTEST_S:
+            continue
+        message = log["GPS_RAW_INT"]
+        t = message.stamp - message.stamp[message.kept[0]] + message.t[0]
+        names = ("lat", "lon", "vel", "cog", "fix_type")
+        own = {name: message.si_of_records(name) for name in names}
+        vehicle = "wings" if ride.has_wings else "rotors"
+        for kind, values in failures(t, ride.air[0] + LEARNT_S, own):
+            changed = with_values(log, values)
+            try:
+                recovery = recover(changed, cross_check(changed))
+            except FdiError:
+                told[kind].append(False)
+                continue
+            told[kind].append(recovery.block == "satellite")
+            if recovery.block == "satellite":
+                for after, *rest in position_errors(recovery, ride.fixes):
+                    errors[f"{kind}, {vehicle}", after].append(tuple(rest))
+    print("\n| receiver fails by | told | vehicle | " + " | ".join(f"{x} s" for x in AFTER_S)
+          + " | within 2 sigma |")  # fmt: skip
+    print("| --- | --- | --- |" + " --- |" * (len(AFTER_S) + 1))
+    for kind, all_of in told.items():
+        for vehicle in ("rotors", "wings"):
+            row = [errors.get((f"{kind}, {vehicle}", after), []) for after in AFTER_S]
+            share = f"{sum(all_of)}/{len(all_of)}"
+            print(f"| {kind} | {share} | {vehicle} | "
+                  + " | ".join(map(in_metres, row)) + f" | {within(row)} |")  # fmt: skip
+
+
+def in_metres(all_of: list[tuple[float, float, float]]) -> str:
+    if not all_of:
+        return "–"
+    error, _, way = np.array(all_of).T
+    moved = way > 5.0  # a share of no distance is none
+    share = f"{100 * np.median(error[moved] / way[moved]):.1f} %" if moved.any() else "–"
+    return f"{np.median(error):.1f} m, {share} ({len(all_of)})"
+
+
+def within(row: list[list[tuple[float, float, float]]]) -> str:
+    flat = np.array([one for all_of in row for one in all_of])
+    return "–" if not flat.size else f"{100 * np.mean(flat[:, 0] <= 2 * flat[:, 1]):.0f} %"
+
+
+def angles(folder: Path) -> None:
+    errors: dict[tuple[str, int], list[tuple[float, float, float]]] = defaultdict(list)
+    for path, label in flights(folder):
+        found = None if label["faults"] else checked(path)
+        if found is None or found[1].ride.angles is None:
+            continue
+        log, check = found
+        for since in np.arange(check.ride.air[0] + LEARNT_S, check.ride.air[1] - 10, 45.0):
+            for block in ("magnetometer", "accelerometer", "angular_rate"):
+                try:
+                    recovery = recover(log, check, block, float(since))
+                except FdiError:
+                    continue
+                for after, *rest in angle_errors(recovery, check):
+                    errors[block, after].append(tuple(rest))
+    print("\n| failed | recovered | " + " | ".join(f"{x} s" for x in AFTER_S)
+          + " | within 2 sigma |")  # fmt: skip
+    print("| --- | --- |" + " --- |" * (len(AFTER_S) + 1))
+    for block, what in (("magnetometer", "heading"), ("accelerometer", "tilt by gyroscopes"),
+                        ("angular_rate", "tilt by accelerometers")):  # fmt: skip
+        row = [errors.get((block, after), []) for after in AFTER_S]
+        cells = [f"{np.median([x[0] for x in each]):.1f} deg ({len(each)})" if each else "–"
+                 for each in row]  # fmt: skip
+        print(f"| {block} | {what} | " + " | ".join(cells) + f" | {within(row)} |")
+
+
+def angle_errors(
+    recovery: Recovery, check: HeadingCheck
+) -> Iterator[tuple[int, float, float, float]]:
+    """Yield seconds after, error and deviation, deg, of the angle that is further off."""
+    ride = check.ride
+    assert ride.angles is not None
+    known = dict(
+        zip(("roll_deg", "pitch_deg", "heading_deg"), np.degrees(ride.angles), strict=True)
+    )
+    sigma = next(x for name, x in recovery.columns.items() if name.startswith("sigma_"))
+    wrapped: Callable[[float], float] = lambda x: abs((x + 180) % 360 - 180)  # noqa: E731
+    for after in AFTER_S:
+        at = int(np.searchsorted(recovery.t, recovery.start + after))
+        if at >= recovery.t.size:
+            continue
+        row = int(np.searchsorted(ride.t, recovery.t[at]))
+        off = [wrapped(float(recovery.columns[x][at] - own[row])) for x, own in known.items()
+               if x in recovery.columns]  # fmt: skip
+        if np.isfinite(off).all():
+            yield after, max(off), float(sigma[at]), 0.0
+
+
+def main() -> None:
+    for folder in [Path(one) for one in sys.argv[1:]] or [FOLDER]:
+        verdicts(folder)
+        positions(folder)
+        angles(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""The command ``fdi heading``: do all headings agree, who is the odd one out, what instead?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import rich_click as click
+
+from fdi.cli.completion import FILE
+from fdi.cli.options import SYSTEM
+from fdi.cli.output import answer, show
+
+
+def read_assumed(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> tuple[str, float] | None:
+    """Return the block and the time in ``satellite@120``; None where nothing is assumed."""
+    if value is None:
+        return None
+    from fdi.methods.heading.recovery import REPLACED
+
+    block, _, since = value.partition("@")
+    try:
+        seconds = float(since)
+    except ValueError:
+        seconds = float("nan")
+    if block not in REPLACED or not abs(seconds) < float("inf"):
+        raise click.BadParameter(
+            f"{value!r} is no BLOCK@SECONDS; blocks are {', '.join(REPLACED)}", context, option
+        )
+    return block, seconds
+
+
+@click.command(epilog="Example: fdi heading flight.bin --recover position.csv")
+@click.argument("log", metavar="LOG", type=FILE)
+@click.option(
+    "--recover",
+    "recovered",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="Write what the failed block would have said, .parquet or .csv, with deviations.",
+)
+@click.option(
+    "--assume",
+    callback=read_assumed,
+    metavar="BLOCK@S",
+    help="With --recover: this block failed at that time, instead of the one that is named.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for text, JSON and figures.",
+)
+@click.option("--flight", type=click.IntRange(min=1), metavar="N", help="By default the last one.")
+@SYSTEM
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write over FILE, and into a folder that fdi did not make; a file in the way there is "
+    "kept as NAME.1.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+def heading(
+    log: str,
+    recovered: Path | None,
+    assume: tuple[str, float] | None,
+    out: Path | None,
+    flight: int | None,
+    system: int | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Cross-check the headings of LOG: compass, course, gyroscopes, estimator; name who is off."""
+    from fdi.errors import UsageError
+    from fdi.methods.heading import cross_check, recover
+    from fdi.report import check_folder, json_text
+    from fdi.report.heading_document import heading_document
+    from fdi.report.heading_files import FILES, write_heading
+    from fdi.report.heading_text import heading_summary
+    from fdi.report.recovered import check_file, write_recovered
+    from fdi.telemetry import read
+
+    if assume is not None and recovered is None:
+        raise UsageError("--assume says what --recover FILE replaces, and there is no FILE")
+    if recovered is not None:
+        check_file(recovered, force=force)
+    if out is not None:
+        check_folder(out, holds="headings", names=FILES, force=force)
+    found = read(log, system=system)
+    check = cross_check(found, None if flight is None else flight - 1)
+    recovery = None
+    if recovered is not None:
+        recovery = recover(found, check, *(assume or ()))
+        write_recovered(recovery, recovered, force=force)
+    if out is not None:
+        write_heading(found, check, recovery, out, force=force)
+    if as_json:
+        answer(json_text(heading_document(found, check, recovery)))
+    else:
+        show(heading_summary(found, check, recovery))
+    return 0

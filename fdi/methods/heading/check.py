@@ -1,0 +1,284 @@
+"""Which block is the odd one out, cycle by cycle? The value of the cross-check.
+
+In: a log. Out: `HeadingCheck`. Each cycle of the slowest source has one verdict, from four
+witnesses, each a table of which pairs disagree:
+
+- increments of heading (compass, gyroscope, estimator) and of attitude (accelerometer, gyroscope,
+  compass): who disagrees with both others while these agree
+- the receiver's positions against its own velocity: nobody else is in it
+- the two trees of absolute headings
+
+A block is named where all that name one agree. The estimator is made of the others: that it is the
+odd one out is told, and accuses no block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.heading.geodesy import wrap
+from fdi.methods.heading.increments import (
+    GATE,
+    WINDOW_S,
+    Pair,
+    heading_pairs,
+    receiver_pairs,
+    sensor_pairs,
+)
+from fdi.methods.heading.motion import Ride, ride_of
+from fdi.methods.heading.sources import Source, sources_of
+from fdi.methods.heading.trees import (
+    NAMELESS,
+    NONE,
+    TREE_A,
+    UNDECIDED,
+    UNRECOGNISED,
+    State,
+    Table,
+    odd_one_out,
+    possible,
+    tree_b,
+)
+from fdi.telemetry import Log
+from fdi.telemetry.message import Floats
+
+BLOCKS: Final = ("magnetometer", "accelerometer", "angular_rate", "satellite", "optical")
+COMPONENTS: Final = {
+    "magnetometer": "compass",
+    "accelerometer": "accelerometer",
+    "angular_rate": "gyroscope",
+    "satellite": "gps",
+    "optical": "optical_flow",
+}
+"""What a person replaces, by block."""
+ESTIMATOR: Final = "estimator"
+PERSISTS: Final = 2
+"""Cycles within a window that name a block: one odd record makes no fault."""
+CONFIRMS: Final = 2.0
+"""Deviations by which the field must have turned otherwise: what 95 % of healthy ones have not."""
+_HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
+_ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
+_INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
+
+Verdicts = frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A stretch over which a block was named again and again, and no other one.
+
+    Attributes
+    ----------
+    block : str
+    start, end : float
+        s, of the first and the last cycle.
+    by : tuple of str
+        Which witnesses named it.
+    is_late : bool
+        Another block was named before: it may be a consequence.
+    """
+
+    block: str
+    start: float
+    end: float
+    by: tuple[str, ...]
+    is_late: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadingCheck:
+    """What the cross-check says of one flight.
+
+    Attributes
+    ----------
+    ride : Ride
+    sources : Mapping[str, Source]
+    t : (m,) float
+        s, one a cycle.
+    verdicts : tuple of str
+        By cycle: a block, ``none``, ``undecided`` or ``unrecognised``; "" where nothing could be
+        compared.
+    possible : tuple of frozenset
+        By cycle the blocks that are not excluded by a pair that disagrees.
+    pairs : tuple of Pair
+        On ``t``.
+    named : tuple of Named
+        In the order of time.
+    """
+
+    ride: Ride
+    sources: dict[str, Source]
+    t: Floats
+    verdicts: tuple[str, ...]
+    possible: tuple[Verdicts, ...]
+    pairs: tuple[Pair, ...]
+    named: tuple[Named, ...]
+
+    @property
+    def accused(self) -> Named | None:
+        """The block that was named first."""
+        return self.named[0] if self.named else None
+
+
+def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
+    """Return which headings of a flight agree, and who is the odd one out.
+
+    Parameters
+    ----------
+    log : Log
+    flight : int, optional
+        Which one, from 0; by default the last one that flew.
+
+    Raises
+    ------
+    LogError
+        There is no compass, no flight, or records are too far apart.
+    UsageError
+        There is no such flight.
+    """
+    ride = ride_of(log, flight)
+    sources = sources_of(log, ride)
+    grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
+    turned, received = heading_pairs(ride, grid), receiver_pairs(ride, grid)
+    leant = _without_receiver(sensor_pairs(ride, grid), received)
+    witnesses = {
+        "increments of heading": _confirmed(_by_pairs(turned, _HEADING), leant[2]),
+        "increments of attitude": _by_pairs(leant, _ATTITUDE),
+        "the receiver against itself": _by_receiver(received, grid.size),
+    }
+    suspect = [found == {"satellite"} for found in witnesses["the receiver against itself"]]
+    witnesses["headings"] = _by_trees(ride, sources, grid, suspect)
+    verdicts, open_to, by = _together(witnesses, grid.size)
+    pairs = (*turned, *leant, *received)
+    named = tuple(_stretches(grid, verdicts, by))
+    return HeadingCheck(ride, sources, grid, verdicts, open_to, pairs, named)
+
+
+def _without_receiver(pairs: Sequence[Pair], received: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Return pairs, unknown those of accelerometers where the receiver contradicts itself.
+
+    It tells the accelerations that are taken off what they read.
+    """
+    doubted = np.zeros(pairs[0].off.size, np.bool_)
+    for one in received:
+        doubted |= one.disagrees == 1.0
+    return tuple(
+        replace(pair, off=np.where(doubted, np.nan, pair.off))
+        if pair.name.startswith("accelerometer")
+        else pair
+        for pair in pairs
+    )
+
+
+def _by_pairs(pairs: Sequence[Pair], table: Table) -> list[Verdicts]:
+    columns = np.array([pair.disagrees for pair in pairs]).T
+    return [possible(table, _known(row)) for row in columns]
+
+
+def _known(row: Floats) -> tuple[State, State, State]:
+    first, second, third = (None if np.isnan(x) else bool(x) for x in row)
+    return first, second, third
+
+
+def _confirmed(found: list[Verdicts], field: Pair) -> list[Verdicts]:
+    """Return verdicts that accuse a compass only where the field itself turned otherwise.
+
+    A heading depends on the tilt that levels it, and the field against gyroscopes does not.
+    """
+    is_off = np.abs(field.off) > CONFIRMS * field.sigma
+    wait = frozenset({UNDECIDED})
+    return [
+        wait if one == {"magnetometer"} and not off else one
+        for one, off in zip(found, is_off, strict=True)
+    ]
+
+
+def _by_receiver(pairs: Sequence[Pair], size: int) -> list[Verdicts]:
+    found = np.full(size, np.nan)
+    for pair in pairs:
+        found = np.fmax(found, pair.disagrees)
+    names = {0.0: frozenset({NONE}), 1.0: frozenset({"satellite"})}
+    return [names.get(float(x), frozenset()) for x in found]
+
+
+def _by_trees(
+    ride: Ride, sources: dict[str, Source], grid: Floats, suspect: Sequence[bool]
+) -> list[Verdicts]:
+    """Return the verdicts of tree A and, where the satellite is cleared, of tree B below it."""
+    at = np.clip(np.searchsorted(ride.t, grid, side="right") - 1, 0, ride.t.size - 1)
+    satellite = sources["receiver_yaw"] if not sources["receiver_yaw"].absent else sources["course"]
+    inertial, gyro, optical = (sources[x] for x in ("compass", "compass_gyro", "optical"))
+
+    def apart(one: Source, other: Source) -> Floats:
+        off = np.abs(wrap(one.heading[at] - other.heading[at]))
+        sigma = np.hypot(one.sigma[at], other.sigma[at])
+        far = (off > GATE * sigma).astype(float)
+        return np.where(np.isfinite(off) & np.isfinite(sigma), far, np.nan)
+
+    of_a = (apart(inertial, satellite), apart(inertial, optical), apart(satellite, optical))
+    of_b = (of_a[0], apart(inertial, gyro), apart(gyro, satellite))
+    found = []
+    for row_a, row_b, doubted in zip(np.array(of_a).T, np.array(of_b).T, suspect, strict=True):
+        first = possible(TREE_A, _known(row_a))
+        below = tree_b(_known(row_b))
+        if first == {"satellite"} or first == {"optical"}:
+            found.append(first)
+        elif first == {"inertial"}:
+            found.append(below - NAMELESS or _INERTIAL)
+        elif "inertial" in first:
+            rest = (first - {"inertial"}) | (below - NAMELESS or _INERTIAL)
+            found.append(frozenset(rest | ({"satellite"} if doubted else set())))
+        else:
+            found.append(first or (below if below <= {NONE} else frozenset()))
+    return found
+
+
+def _together(
+    witnesses: dict[str, list[Verdicts]], size: int
+) -> tuple[tuple[str, ...], tuple[Verdicts, ...], list[tuple[str, ...]]]:
+    verdicts, open_to, by = [], [], []
+    for i in range(size):
+        row = {name: found[i] for name, found in witnesses.items() if found[i]}
+        single = {n: next(iter(f)) for n, f in row.items() if len(f) == 1}
+        names = {n: block for n, block in single.items() if block in BLOCKS}
+        suspects = frozenset().union(*row.values()) - NAMELESS
+        blocks = set(names.values())
+        if len(blocks) == 1:
+            verdict = blocks.pop()
+        elif blocks:
+            verdict = UNRECOGNISED
+        elif not row:
+            verdict = ""
+        elif suspects or UNDECIDED in single.values():
+            verdict = UNDECIDED
+        else:
+            verdict = UNRECOGNISED if UNRECOGNISED in single.values() else NONE
+        verdicts.append(verdict)
+        open_to.append(frozenset({verdict}) if verdict in BLOCKS else suspects)
+        by.append(tuple(names))
+    return tuple(verdicts), tuple(open_to), by
+
+
+def _stretches(t: Floats, verdicts: Sequence[str], by: Sequence[tuple[str, ...]]) -> list[Named]:
+    """Return where a block is named by at least `PERSISTS` cycles, none of another between.
+
+    Two of them are further apart than `WINDOW_S` at most where they begin anew.
+    """
+    runs: list[list[int]] = []
+    for i in (i for i, verdict in enumerate(verdicts) if verdict in BLOCKS):
+        last = runs[-1][-1] if runs else None
+        if last is None or verdicts[last] != verdicts[i] or t[i] - t[last] > WINDOW_S:
+            runs.append([])
+        runs[-1].append(i)
+    runs = [run for run in runs if len(run) >= PERSISTS]
+    found = []
+    for run in runs:
+        names = dict.fromkeys(name for i in run for name in by[i])
+        span = (float(t[run[0]]), float(t[run[-1]]))
+        is_late = verdicts[run[0]] != verdicts[runs[0][0]]
+        found.append(Named(verdicts[run[0]], *span, tuple(names), is_late=is_late))
+    return found

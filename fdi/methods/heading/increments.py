@@ -1,0 +1,388 @@
+"""By how much did heading, tilt and position change over some seconds, one source against another?
+
+In: a `Ride`. Out: `Pair`s: the difference of two sources' increments beside its own predicted
+deviation. Increments need no absolute truth: a compass' hard iron, a gyroscope's start, a wind are
+the same at both ends. A deviation adds, as variances,
+
+- what sensors of the kind are good for (`STATED`);
+- what lies between two records of a rate: were they independent, each would stand for one period
+  with the variance of half their difference squared;
+- what a compass reads late, times how fast the vehicle turns and leans, and what it deviates on
+  another heading;
+- by how much the heading depends on which tilt levels the compass (accelerometer, estimator);
+- what an acceleration does to the tilt of an accelerometer, atan(a / g).
+
+Where the settled beginning of the flight shows more (median over deviation, as of a Gaussian), the
+deviation is scaled up to that: the flight's own noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.heading.compute import compass_heading
+from fdi.methods.heading.geodesy import wrap
+from fdi.methods.heading.motion import Bools, Fixes, Ride, gap_between
+from fdi.methods.heading.tilt import (
+    G,
+    accelerometer_tilt,
+    angle_rates,
+    complementary,
+    turned_by,
+)
+from fdi.telemetry.message import Floats
+
+WINDOW_S: Final = 5.0
+LONG_S: Final = 30.0
+"""For positions: slow drifts."""
+GATE: Final = 5.0
+"""Deviations that count as a disagreement: by Gaussian noise one in 1.7 million (choice)."""
+LEFT: Final = 0.3
+"""Share of an acceleration's effect on the tilt that taking it off may leave (choice)."""
+STEADY: Final = 0.2
+"""Of gravity, by which specific force may differ for accelerometers to tell the tilt (choice)."""
+BRIEF_S: Final = 0.5
+TAU_S: Final = 2.0
+"""Of the tilt by accelerometers; usual are 1 to 10 s."""
+COMPASS_LATE_S: Final = 0.1
+"""ArduPilot reads compasses at 10 Hz, PX4 averages over as long."""
+DEVIATION: Final = np.radians(1.4)
+"""What a good calibration leaves on other headings, one sigma (as in the models)."""
+FIX_LATE_S: Final = 0.1
+"""By which a receiver's position and velocity may be of different moments."""
+WANDERS: Final = 0.2
+"""m per root second: a receiver's position by its atmosphere and reflections (choice)."""
+STATED: Final[Mapping[str, float]] = MappingProxyType(
+    {"compass": np.radians(1.5), "gyroscope": np.radians(0.5), "estimator": np.radians(0.5),
+     "accelerometer": np.radians(1.5), "doppler": 0.1}
+)  # fmt: skip
+"""Least deviation of an increment over 5 s, rad; of a receiver's velocity, m/s (data sheets)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Two sources against each other.
+
+    Attributes
+    ----------
+    name : str
+        ``compass-gyroscope``.
+    kind : str
+        ``heading``, ``attitude`` or ``position``.
+    off : (n,) float
+        Difference of the increments, rad or m; NaN where one is absent.
+    sigma : (n,) float
+        Its predicted deviation.
+    """
+
+    name: str
+    kind: str
+    off: Floats
+    sigma: Floats
+
+    @property
+    def disagrees(self) -> Floats:
+        """1 where the two disagree, 0 where not, NaN where one is absent."""
+        apart = (np.abs(self.off) > GATE * self.sigma).astype(np.float64)
+        return np.where(np.isfinite(self.off) & np.isfinite(self.sigma), apart, np.nan)
+
+
+def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
+    """Return compass-gyroscope, compass-estimator, gyroscope-estimator over `WINDOW_S`."""
+    before = grid - WINDOW_S
+    tilt = _accelerometer_tilt(ride)
+    angles = np.array([*tilt, np.full(ride.t.size, np.nan)]) if ride.angles is None else ride.angles
+    turned = angle_rates(angles[0], angles[1], ride.rates)
+    gyro, between = _integrated(ride.t, turned[2], grid, before)
+    compass, doubt = _compass(ride, angles, turned, grid, before)
+    gap = gap_between(ride.t, before, grid)
+    for own in (gyro, compass):
+        own[gap] = np.nan
+    estimator = _change(ride.t, angles[2], grid, before)
+    stated = STATED
+    by_gyro = np.hypot(between, stated["gyroscope"])
+    by_compass = np.sqrt(doubt**2 + stated["compass"] ** 2)
+    by_estimator = np.hypot(stated["estimator"], _sampled_late(ride, turned[2], grid, before))
+    return (
+        _pair(ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)),
+        _pair(
+            ride, grid, "compass-estimator",
+            wrap(compass - estimator), np.hypot(by_compass, by_estimator),
+        ),
+        _pair(
+            ride, grid, "gyroscope-estimator", wrap(gyro - estimator),
+            np.hypot(by_gyro, by_estimator),
+        ),
+    )  # fmt: skip
+
+
+def sensor_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
+    """Return accelerometer-gyroscope, accelerometer-compass, gyroscope-compass.
+
+    No estimator is in them, and no heading: gravity and the Earth's field are two vectors that the
+    gyroscopes turn, and the angle between them belongs to the place. An estimator that follows
+    a wrong gyroscope agrees with it, and makes the accelerometer look wrong.
+    """
+    before = grid - WINDOW_S
+    return (
+        _gravity_turned(ride, grid, before),
+        _gravity_against_field(ride, grid, before),
+        _field_turned(ride, grid, before),
+    )
+
+
+def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return how far roll or pitch, whichever is further, is from what gyroscopes turned."""
+    leant = [np.where(_is_steady(ride), own, np.nan) for own in accelerometer_tilt(ride.force)]
+    angles = np.zeros((3, ride.t.size)) if ride.angles is None else ride.angles
+    turned = angle_rates(angles[0], angles[1], ride.rates)
+    gap = gap_between(ride.t, before, grid)
+    *pulled, left = _pulled(ride)
+    doubt = np.hypot(STATED["accelerometer"], _both(ride, left, grid, before))
+    found = []
+    for axis in (0, 1):
+        _, between = _integrated(ride.t, turned[axis], grid, before)
+        # what both share is taken off before the angle is wrapped: an integral has no range
+        apart = _trailing(ride, wrap(leant[axis] - angles[axis])) - pulled[axis]
+        drifts = _trailing(ride, angles[axis] - _integral(ride.t, turned[axis]))
+        off = _change(ride.t, apart + drifts, grid, before)
+        off[gap] = np.nan
+        sigma = np.sqrt(doubt**2 + between**2 + STATED["gyroscope"] ** 2)
+        found.append(_pair(ride, grid, "accelerometer-gyroscope", off, sigma, "attitude"))
+    return _further(found[0], found[1])
+
+
+def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return how the angle from specific force to field changed, beyond what accelerations do."""
+    north, east, left = _accelerations(ride)
+    flat = np.cos(ride.dip)
+    down = np.array([np.zeros(ride.t.size), np.zeros(ride.t.size), np.full(ride.t.size, -G)])
+    pulled = down + np.array([north, east, np.zeros(ride.t.size)])
+    earth = np.array(
+        [np.cos(ride.declination) * flat, np.sin(ride.declination) * flat, np.sin(ride.dip)]
+    )
+    expected = _angle(pulled, earth[:, None])
+    field = np.full((3, ride.t.size), np.nan) if ride.field is None else ride.field
+    seen = np.where(_is_steady(ride), _angle(ride.force, field), np.nan)
+    off = _change(ride.t, _trailing(ride, seen) - expected, grid, before)
+    off[gap_between(ride.t, before, grid)] = np.nan
+    late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
+    sigma = np.sqrt(
+        STATED["accelerometer"] ** 2
+        + STATED["compass"] ** 2
+        + DEVIATION**2
+        + _both(ride, left, grid, before) ** 2
+        + _both(ride, late, grid, before) ** 2
+    )
+    return _pair(ride, grid, "accelerometer-compass", off, sigma, "attitude")
+
+
+def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+    """Return by what angle the field misses where gyroscopes turned it."""
+    name, kind = "gyroscope-compass", "attitude"
+    if ride.field is None:
+        unknown = np.full(grid.size, np.nan)
+        return Pair(name, kind, unknown, unknown)
+    fixed = np.einsum("nij,jn->in", turned_by(ride.t, ride.rates), ride.field)
+    now, then = (
+        np.array([np.interp(when, ride.t, row) for row in fixed]) for when in (grid, before)
+    )
+    off = _angle(now, then)
+    off[gap_between(ride.t, before, grid)] = np.nan
+    between = sum(_integrated(ride.t, row, grid, before)[1] ** 2 for row in ride.rates)
+    late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
+    swing = [_change(ride.t, _integral(ride.t, row), grid, before) for row in ride.rates]
+    apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
+    sigma = np.sqrt(
+        STATED["compass"] ** 2
+        + 3 * STATED["gyroscope"] ** 2
+        + between
+        + _both(ride, late, grid, before) ** 2
+        + (2 * DEVIATION * np.sin(apart / 2)) ** 2
+    )
+    return _pair(ride, grid, name, off, sigma, kind)
+
+
+def _angle(one: Floats, other: Floats) -> Floats:
+    """Return the angle between vectors, (3, n) each."""
+    across = np.linalg.norm(np.cross(one, other, axis=0), axis=0)
+    return np.asarray(np.arctan2(across, (one * other).sum(axis=0)))
+
+
+def _both(ride: Ride, values: Floats, grid: Floats, before: Floats) -> Floats:
+    return np.hypot(_around(ride, values, grid), _around(ride, values, before))
+
+
+def receiver_pairs(ride: Ride, grid: Floats) -> tuple[Pair, ...]:
+    """Return the receiver's positions against its own velocity, over two windows."""
+    if ride.fixes is None:
+        return ()
+    return tuple(_receiver(ride, ride.fixes, grid, length) for length in (WINDOW_S, LONG_S))
+
+
+def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
+    before = grid - length
+    last = np.maximum(np.searchsorted(fixes.t, grid, side="right") - 1, 0)
+    first = np.maximum(np.searchsorted(fixes.t, before, side="right") - 1, 0)
+    place = fixes.position()
+    off, spread = np.zeros((2, grid.size)), np.zeros(grid.size)
+    for axis, speed in enumerate((fixes.north, fixes.east)):
+        steps = np.diff(fixes.at)
+        way = np.insert(np.cumsum((speed[1:] + speed[:-1]) / 2 * steps), 0, 0.0)
+        rough = np.insert(np.cumsum((np.diff(speed) * steps) ** 2 / 2), 0, 0.0)
+        off[axis] = place[axis][last] - place[axis][first] - (way[last] - way[first])
+        late = FIX_LATE_S * (speed[last] - speed[first])
+        spread += rough[last] - rough[first] + late**2
+    apart = np.hypot(*off)
+    apart[(last <= first) | gap_between(fixes.t, before, grid)] = np.nan
+    own = np.sqrt(WANDERS**2 * length + (STATED["doppler"] ** 2) * length + spread)
+    return _pair(ride, grid, f"fixes-doppler {length:g} s", apart, own, "position")
+
+
+def _pair(
+    ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats, kind: str = "heading"
+) -> Pair:
+    """Return a pair whose deviation is scaled up where the flight's beginning shows more."""
+    low, high = ride.reference
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(off) / sigma
+    seen = apart[(grid >= low) & (grid <= high) & np.isfinite(apart)]
+    scale = 1.4826 * float(np.median(seen)) if seen.size else 0.0
+    return Pair(name, kind, off, sigma * max(scale, 1.0))
+
+
+def _further(one: Pair, other: Pair) -> Pair:
+    with np.errstate(invalid="ignore"):
+        first = ~(np.abs(other.off) / other.sigma > np.abs(one.off) / one.sigma)
+    return Pair(
+        one.name,
+        one.kind,
+        np.where(first, one.off, other.off),
+        np.where(first, one.sigma, other.sigma),
+    )
+
+
+def _accelerometer_tilt(ride: Ride) -> tuple[Floats, Floats]:
+    """Return roll and pitch by accelerometers, smoothed by gyroscopes over `TAU_S`."""
+    roll, pitch = accelerometer_tilt(ride.force)
+    k = np.exp(-np.diff(ride.t, prepend=ride.t[:1]) / TAU_S)
+    found = complementary(ride.t, ride.rates, roll, pitch, k)
+    return found[0], found[1]
+
+
+def _compass(
+    ride: Ride,
+    angles: Floats,
+    turned: Floats,
+    grid: Floats,
+    before: Floats,
+) -> tuple[Floats, Floats]:
+    """Return a compass' change of heading, and how far it is to be doubted."""
+    if ride.field is None:
+        return np.full(grid.size, np.nan), np.zeros(grid.size)
+    own = compass_heading(ride.field, angles[0], angles[1], 0.0)
+    force = accelerometer_tilt(ride.force)
+    beyond = np.zeros(ride.t.size)
+    for length in (TAU_S, BRIEF_S):  # a long mean is sure, and late
+        *pulled, left = _pulled(ride, length)
+        usual = STATED["accelerometer"] ** 2 * TAU_S / length + np.nan_to_num(left) ** 2
+        square = np.zeros(ride.t.size)
+        for axis in (0, 1):
+            apart = _trailing(ride, wrap(force[axis] - angles[axis]), length)
+            square += np.nan_to_num(apart - np.nan_to_num(pulled[axis])) ** 2
+        beyond = np.maximum(beyond, np.sqrt(np.maximum(square - usual, 0.0)))
+    moved = _change(ride.t, _unwrap(own), grid, before)
+    dip = abs(np.tan(ride.dip))
+    leaning = np.hypot(turned[0], turned[1])
+    # an attitude between two that are far apart levels a compass as badly as a late one
+    late = np.hypot(COMPASS_LATE_S, ride.coarse) * np.hypot(turned[2], dip * leaning)
+    ends = [_around(ride, late, when) for when in (grid, before)]
+    tilts = [dip * np.interp(when, ride.t, beyond) for when in (grid, before)]
+    swing = 2 * DEVIATION * np.abs(np.sin(np.nan_to_num(moved) / 2))
+    return moved, np.sqrt(sum(x**2 for x in (*ends, *tilts, swing)))
+
+
+def _around(ride: Ride, values: Floats, when: Floats) -> Floats:
+    """Return the largest of the records before and after a time."""
+    after = np.clip(np.searchsorted(ride.t, when), 1, ride.t.size - 1)
+    return np.maximum(values[after], values[after - 1])
+
+
+def _sampled_late(ride: Ride, rate: Floats, grid: Floats, before: Floats) -> Floats:
+    """Return what an angle is wrong by, that was recorded half a record from its rate."""
+    size = np.abs(rate) * (ride.period / 2 + ride.coarse)
+    return np.hypot(_around(ride, size, grid), _around(ride, size, before))
+
+
+def _is_steady(ride: Ride) -> Bools:
+    """Return where specific force is nearly gravity's: elsewhere it tells no tilt."""
+    return np.asarray(np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G)
+
+
+def _accelerations(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
+    """Return accelerations north and east, means over a time before, m/s2, by the receiver.
+
+    And by how much, rad, what they do to a tilt is to be doubted: receivers smooth their velocity.
+    Where no receiver tells them, the tilt by accelerometers is not known.
+    """
+    if ride.fixes is None:
+        unknown = np.full(ride.t.size, np.nan)
+        return unknown, unknown, unknown
+    t, fixes = ride.t, ride.fixes
+    north, east = (
+        (np.interp(t, fixes.t, row) - np.interp(t - length, fixes.t, row)) / length
+        for row in (fixes.north, fixes.east)
+    )
+    north[gap_between(fixes.t, t - length, t)] = np.nan
+    return north, east, LEFT * np.arctan(np.hypot(north, east) / G)
+
+
+def _pulled(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
+    """Return what accelerations add to roll and pitch by accelerometers, and the doubt, rad."""
+    north, east, doubt = _accelerations(ride, length)
+    yaw = np.full(ride.t.size, np.nan) if ride.angles is None else ride.angles[2]
+    ahead = north * np.cos(yaw) + east * np.sin(yaw)
+    right = -north * np.sin(yaw) + east * np.cos(yaw)
+    return -np.arctan(right / G), np.arctan(ahead / G), doubt
+
+
+def _integrated(t: Floats, rate: Floats, grid: Floats, before: Floats) -> tuple[Floats, Floats]:
+    """Return a rate's integral from ``before`` to ``grid``, and what records may have missed."""
+    whole = _integral(t, rate)
+    missed = np.insert(np.cumsum((np.diff(np.nan_to_num(rate)) * np.diff(t)) ** 2 / 2), 0, 0.0)
+    sums = [np.interp(grid, t, x) - np.interp(before, t, x) for x in (whole, missed)]
+    return sums[0], np.sqrt(np.maximum(sums[1], 0.0))
+
+
+def _integral(t: Floats, rate: Floats) -> Floats:
+    known = np.nan_to_num(rate)
+    return np.insert(np.cumsum((known[1:] + known[:-1]) / 2 * np.diff(t)), 0, 0.0)
+
+
+def _trailing(ride: Ride, angles: Floats, length: float = TAU_S) -> Floats:
+    """Return the mean of angles over a time before each record; unknown ones do not count."""
+    known = np.isfinite(angles)
+    smooth = np.where(known, angles, 0.0)
+    total, count = (np.insert(np.cumsum(x), 0, 0.0) for x in (smooth, known.astype(float)))
+    first = np.searchsorted(ride.t, ride.t - length)
+    last = np.arange(1, ride.t.size + 1)
+    seen = count[last] - count[first]
+    mean = (total[last] - total[first]) / np.maximum(seen, 1)
+    return np.where(seen > 0, mean, np.nan)
+
+
+def _change(t: Floats, values: Floats, grid: Floats, before: Floats) -> Floats:
+    return np.asarray(np.interp(grid, t, values) - np.interp(before, t, values))
+
+
+def _unwrap(angles: Floats) -> Floats:
+    """Return angles without jumps; unknown ones stay unknown."""
+    known: Bools = np.isfinite(angles)
+    result = np.full(angles.size, np.nan)
+    result[known] = np.unwrap(angles[known])
+    return result

@@ -1,0 +1,279 @@
+"""What did sensors and estimator record of one flight, as a cross-check of headings needs it?
+
+In: a log. Out: a `Ride`: inertial records in the air with the attitude beside them, and the fixes
+of the receiver at their own times. What the log does not hold is NaN or None, and said why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.errors import LogError, UsageError
+from fdi.methods.heading.geodesy import metres_per_radian, wrap
+from fdi.methods.setup.records import Series, attitude, series
+from fdi.model.world import world_value
+from fdi.telemetry import Log
+from fdi.telemetry.airtime import SETTLING_S, in_air
+from fdi.telemetry.ends import OVER_S
+from fdi.telemetry.message import Floats
+
+Bools = NDArray[np.bool_]
+
+GAP: Final = 3.0
+GAP_S: Final = 1.0
+"""Periods and seconds without a record, beyond both of which nothing is carried over: as where
+signals are sampled."""
+REFERENCE_S: Final = 20.0
+"""The beginning of a flight, settled, by which its own noise is told: as the estimator's levels."""
+FIX_3D: Final = 3
+SATELLITES: Final = 4
+SLOWEST_S: Final = 0.75
+"""Records further apart than this cannot be integrated: a vehicle turns there and back between."""
+_DIP: Final = np.radians(65.0)  # where the log tells no place: that of the middle latitudes
+_RATES: Final = ("xgyro", "ygyro", "zgyro")
+_FORCE: Final = ("xacc", "yacc", "zacc")
+_FIELD: Final = ("xmag", "ymag", "zmag")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixes:
+    """The receiver's fixes, each once: ``t`` on the log's clock, ``at`` by the receiver, s."""
+
+    t: Floats
+    at: Floats
+    lat: Floats
+    lon: Floats
+    north: Floats
+    east: Floats
+    height: Floats
+
+    @property
+    def period(self) -> float:
+        """The usual time between two fixes, s."""
+        return float(np.median(np.diff(self.t)))
+
+    def position(self) -> Floats:
+        """Return metres north and east of the first fix, (2, n)."""
+        per = metres_per_radian(self.lat[0])
+        return np.array([(self.lat - self.lat[0]) * per[0], wrap(self.lon - self.lon[0]) * per[1]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ride:
+    """One flight.
+
+    Attributes
+    ----------
+    t : (n,) float
+        s, of the inertial records in the air.
+    rates, force : (3, n) float
+        rad/s and m/s2, body axes.
+    field : (3, n) float or None
+        T; None where the log has no compass.
+    angles : (3, n) float or None
+        The estimator's roll, pitch and yaw (unwrapped), rad.
+    fixes : Fixes or None
+    wind : (2, n) float or None
+        Velocity of the air, north and east, m/s, by the estimator.
+    air : (float, float)
+        s, from when to when.
+    cycle : float
+        s, period of the slowest source: a verdict each.
+    coarse : float
+        s, half of what the estimator's attitudes are further apart than the inertial records.
+    declination, dip : float
+        Of the Earth's field, rad.
+    absent : Mapping[str, str]
+        Why a block has no records, by its name.
+    lost : tuple of (float, float)
+        s, when a receiver that had a fix had none.
+    """
+
+    t: Floats
+    rates: Floats
+    force: Floats
+    field: Floats | None
+    angles: Floats | None
+    fixes: Fixes | None
+    wind: Floats | None
+    air: tuple[float, float]
+    flight: int
+    cycle: float
+    coarse: float
+    declination: float
+    dip: float
+    has_wings: bool
+    absent: dict[str, str]
+    lost: tuple[tuple[float, float], ...]
+
+    @property
+    def period(self) -> float:
+        """The usual time between two inertial records, s."""
+        return float(np.median(np.diff(self.t)))
+
+    @property
+    def reference(self) -> tuple[float, float]:
+        """From when to when, s, the flight's own noise is taken."""
+        start = self.air[0] + SETTLING_S
+        return start, start + REFERENCE_S
+
+
+def ride_of(log: Log, flight: int | None = None) -> Ride:
+    """Return what a log recorded of a flight, by default of the last one that flew.
+
+    Raises
+    ------
+    LogError
+        There is no flight, no compass, or records are too far apart.
+    UsageError
+        There is no such flight.
+    """
+    number, air = _when(log, flight)
+    inertial = series(log, "RAW_IMU", (*_RATES, *_FORCE))
+    if inertial is None:
+        raise LogError("holds no gyroscopes and accelerometers", where=log.name)
+    inertial = _part(inertial, air)
+    if inertial.t.size < 2 or inertial.period > SLOWEST_S:
+        apart = f"{inertial.period:.1f} s apart" if inertial.t.size > 1 else "not there in the air"
+        raise LogError(
+            f"inertial records are {apart}: turns between them cannot be seen",
+            where=log.name,
+            hint=f"a cross-check of headings takes one every {SLOWEST_S:g} s at least",
+        )
+    absent: dict[str, str] = {}
+    t = inertial.t
+    field = _field(log, t, absent)
+    known = attitude(log)
+    if known is None:
+        absent["estimator"] = "the log holds no attitude"
+    fixes, lost = _fixes(log, air, absent)
+    if field is None:
+        raise LogError(
+            "no compass: there is no heading to check against others",
+            where=log.name,
+            hint="looked for xmag, ymag, zmag of RAW_IMU",
+        )
+    periods = [inertial.period]
+    periods += [known.period] if known is not None else []
+    periods += [fixes.period] if fixes is not None else []
+    declination, dip = (world_value(f"magnetic_{x}", log) for x in ("declination", "inclination"))
+    return Ride(
+        t,
+        inertial.values[:3],
+        inertial.values[3:],
+        field,
+        None if known is None else _unwrapped(known, t),
+        fixes,
+        _wind(log, t),
+        air,
+        number,
+        max(periods),
+        0.0 if known is None else max(known.period - inertial.period, 0.0) / 2,
+        declination or 0.0,
+        _DIP if dip is None else dip,
+        log.vehicle in ("plane", "vtol") and not log.frame,
+        absent,
+        lost,
+    )
+
+
+def _when(log: Log, flight: int | None) -> tuple[int, tuple[float, float]]:
+    if flight is not None and not 0 <= flight < len(log.flights):
+        raise UsageError(
+            f"{log.name} has no flight {flight + 1}", hint=f"it has {len(log.flights)}"
+        )
+    flew = [i for i, one in enumerate(log.flights) if one.flew]
+    if flight is None and not flew:
+        raise LogError("shows no flight", where=log.name)
+    number = flew[-1] if flight is None else flight
+    start, end = in_air(log.flights[number])
+    over = [e.overturned for e in log.ends if e.flight == number and e.overturned is not None]
+    return number, (start, min([end, *(t + OVER_S for t in over)]))
+
+
+def _part(whole: Series, air: tuple[float, float]) -> Series:
+    inside = (whole.t >= air[0]) & (whole.t <= air[1])
+    return Series(whole.t[inside], whole.values[:, inside])
+
+
+def _unwrapped(known: Series, t: Floats) -> Floats:
+    found = np.array([np.interp(t, known.t, np.unwrap(row)) for row in known.values])
+    found[:, gap_between(known.t, t, t)] = np.nan
+    return found
+
+
+def _field(log: Log, t: Floats, absent: dict[str, str]) -> Floats | None:
+    found = series(log, "RAW_IMU", _FIELD)
+    if found is None or not np.any(np.ptp(found.values, axis=1)):
+        absent["magnetometer"] = "the log holds no readings of a compass"
+        return None
+    field = np.array([np.interp(t, found.t, row) for row in found.values])
+    field[:, gap_between(found.t, t, t)] = np.nan
+    return field
+
+
+def _fixes(
+    log: Log, air: tuple[float, float], absent: dict[str, str]
+) -> tuple[Fixes | None, tuple[tuple[float, float], ...]]:
+    """Return the fixes that count, and when in the air there were none after there had been."""
+    fields = ("lat", "lon", "vel", "cog", "alt")
+    message = log.messages.get("GPS_RAW_INT")
+    if message is None or any(name not in message for name in (*fields, "fix_type")):
+        absent["satellite"] = "the log holds no fixes with speed and course"
+        return None, ()
+    t = message.t
+    lat, lon, speed, course, height = (message.si(name) for name in fields)
+    good = (message.si("fix_type") >= FIX_3D) & np.isfinite(lat) & np.isfinite(lon)
+    if "satellites_visible" in message:
+        good &= ~(message.si("satellites_visible") < SATELLITES)
+    inside = (t >= air[0]) & (t <= air[1])
+    lost = _spans(t[inside], ~good[inside]) if good[inside].any() else ()
+    good &= inside & np.isfinite(speed) & np.isfinite(course)
+    at = message.si("time_usec") if "time_usec" in message else t
+    if not np.all(np.diff(at[good]) >= 0):
+        at = t
+    rows = np.flatnonzero(good)
+    rows = rows[np.diff(at[rows], prepend=-np.inf) > 0]
+    if rows.size < 2:
+        absent["satellite"] = "the receiver has no fix in the air"
+        return None, lost
+    north, east = speed[rows] * np.cos(course[rows]), speed[rows] * np.sin(course[rows])
+    return Fixes(t[rows], at[rows], lat[rows], lon[rows], north, east, height[rows]), lost
+
+
+def _spans(t: Floats, holds: Bools) -> tuple[tuple[float, float], ...]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(int)))
+    return tuple(
+        (float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)
+    )
+
+
+def _wind(log: Log, t: Floats) -> Floats | None:
+    """Return the velocity of the air, (2, n); ArduPilot's WIND tells where it comes from."""
+    found = series(log, "WIND", ("direction", "speed"))
+    if found is not None:
+        direction, speed = found.values
+        towards = np.array([-speed * np.cos(direction), -speed * np.sin(direction)])
+        return np.array([np.interp(t, found.t, row) for row in towards])
+    for key, fields in (("XKF2", ("VWN", "VWE")), ("wind", ("windspeed_north", "windspeed_east"))):
+        found = series(log, key, fields)
+        if found is not None and np.any(found.values):
+            return np.array([np.interp(t, found.t, row) for row in found.values])
+    return None
+
+
+def gap_between(records: Floats, first: Floats, last: Floats) -> Bools:
+    """Return which stretches from ``first`` to ``last``, s, hold a gap or leave the records."""
+    if records.size < 2:
+        return np.ones(first.size, np.bool_)
+    widths = np.diff(records)
+    count = np.insert(np.cumsum(widths > max(GAP_S, GAP * np.median(widths))), 0, 0)
+    low = np.searchsorted(records, first, side="right") - 1
+    high = np.searchsorted(records, last)
+    outside = (low < 0) | (high >= records.size)
+    low, high = np.maximum(low, 0), np.minimum(high, records.size - 1)
+    return np.asarray(outside | (count[high] > count[low]))

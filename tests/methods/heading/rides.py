@@ -1,0 +1,51 @@
+"""Logs of a vehicle that turns and leans, with positions that fit, and edits of their records."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fdi.telemetry import Log, read
+from fdi.telemetry.message import Column
+from fdi.units import Conversion
+
+from ..setup.sensors import Ride, write
+
+FAILS = 30.0
+METRE = 1 / 6.371e6
+Edit = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def altered(log: Log, key: str, **edits: Edit) -> Log:
+    """Return a log with other values, SI, of some fields: functions of time and values."""
+    message = log[key]
+    columns = dict(message.columns)
+    t = np.interp(np.arange(message.stamp.size), message.kept, message.t)
+    for name, edit in edits.items():
+        own = edit(t, message.si_of_records(name))
+        unit = message.unit(name)
+        columns[name] = Column(load=lambda own=own: np.array(own), conversion=Conversion(unit))
+    return log.with_message(replace(message, columns=columns, _cache={}))
+
+
+def later(size: float) -> Edit:
+    return lambda t, own: own + np.where(t >= FAILS, size, 0.0)
+
+
+def flown(path: Path, ride: Ride | None = None) -> Log:
+    """Return the log of a ride whose receiver tells positions that fit its velocity."""
+    log = read(write(path, ride or Ride()))
+    gps = log["GPS_RAW_INT"]
+    speed, course = gps.si_of_records("vel"), gps.si_of_records("cog")
+    ways = []
+    for part in (speed * np.cos(course), speed * np.sin(course)):
+        steps = np.diff(gps.t) * (part[1:] + part[:-1]) / 2
+        ways.append(np.insert(np.cumsum(steps), 0, 0.0))
+    east = METRE / np.cos(gps.si_of_records("lat"))
+    return altered(
+        log,
+        "GPS_RAW_INT",
+        lat=lambda t, own: own + ways[0] * METRE,
+        lon=lambda t, own: own + ways[1] * east,
+    )

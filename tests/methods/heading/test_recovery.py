@@ -1,0 +1,108 @@
+"""What is recovered is near what the records held before they were made to fail."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fdi.errors import UsageError
+from fdi.methods.heading import cross_check, recover
+from fdi.methods.heading.recovery import REPLACED
+from fdi.telemetry import Log
+
+from .rides import FAILS, METRE, altered, flown, later
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return flown(tmp_path_factory.mktemp("ride") / "healthy.tlog")
+
+
+@pytest.fixture(scope="module")
+def truth(healthy: Log):
+    return cross_check(healthy).ride
+
+
+def test_a_position_goes_on_where_the_receiver_jumps(healthy: Log, truth) -> None:
+    log = altered(healthy, "GPS_RAW_INT", lat=later(300 * METRE))
+    found = recover(log, cross_check(log))
+    assert found.block == "satellite"
+    assert FAILS - 6.0 < found.start < FAILS
+    gps = healthy["GPS_RAW_INT"]
+    lat = np.degrees(np.interp(found.t, gps.t, gps.si("lat")))
+    off = np.abs(found.columns["lat_deg"] - lat) * np.pi / 180 / METRE
+    soon = found.t < found.start + 10.0
+    assert off[soon].max() < 10.0
+    assert np.mean(off <= 2 * found.columns["sigma_m"]) > 0.9
+
+
+def test_places_and_metres_say_the_same(healthy: Log) -> None:
+    found = recover(healthy, cross_check(healthy), "satellite", FAILS)
+    north = (found.columns["lat_deg"] - found.columns["lat_deg"][0]) * np.pi / 180 / METRE
+    moved = found.columns["north_m"] - found.columns["north_m"][0]
+    # a mean radius instead of the ellipsoid's: 0.5 %
+    assert np.abs(north - moved).max() < 0.01 * np.ptp(moved) + 0.1
+
+
+@pytest.mark.parametrize("block", REPLACED)
+def test_a_recovery_ends_where_it_is_of_no_use(healthy: Log, block: str) -> None:
+    found = recover(healthy, cross_check(healthy), block, FAILS)
+    assert found.t[0] > FAILS
+    assert found.end == found.t[-1]
+    assert np.all(np.diff(found.t) > 0)
+    for name, values in found.columns.items():
+        assert values.shape == found.t.shape, name
+        assert np.isfinite(values).all(), name
+        if name.startswith("sigma_"):
+            assert (values > 0).all(), name
+    assert len(found.method) == found.t.size
+
+
+@pytest.mark.parametrize("block", ["satellite", "magnetometer", "accelerometer"])
+def test_what_is_propagated_grows_less_certain(healthy: Log, block: str) -> None:
+    found = recover(healthy, cross_check(healthy), block, FAILS)
+    sigma = next(x for name, x in found.columns.items() if name.startswith("sigma_"))
+    assert sigma[0] < sigma[sigma.size // 2] < sigma[-1]
+
+
+def test_a_heading_goes_on_without_the_compass(healthy: Log, truth) -> None:
+    log = altered(healthy, "RAW_IMU", ymag=later(6e-5))
+    found = recover(log, cross_check(log))
+    assert found.block == "magnetometer"
+    yaw = np.degrees(np.interp(found.t, truth.t, truth.angles[2]))
+    off = np.abs((found.columns["heading_deg"] - yaw + 180) % 360 - 180)
+    assert off.max() < 10.0
+    assert np.mean(off <= 2 * found.columns["sigma_heading_deg"]) > 0.9
+
+
+def test_a_tilt_goes_on_without_accelerometers_whatever_they_and_the_estimator_say(
+    healthy: Log, truth
+) -> None:
+    """What came after the failure must not be read: neither the force nor the attitude."""
+    clean = recover(healthy, cross_check(healthy), "accelerometer", FAILS)
+    wrong = altered(healthy, "ATTITUDE", roll=later(0.3), pitch=later(-0.2))
+    found = recover(wrong, cross_check(wrong), "accelerometer", FAILS)
+    both = min(found.t.size, clean.t.size)
+    for name in ("roll_deg", "pitch_deg"):
+        assert np.abs(found.columns[name][:both] - clean.columns[name][:both]).max() < 3.0
+
+
+def test_where_nothing_failed_there_is_nothing_to_recover(healthy: Log) -> None:
+    with pytest.raises(UsageError, match="nothing to recover"):
+        recover(healthy, cross_check(healthy))
+
+
+def test_a_time_on_the_ground_is_told(healthy: Log) -> None:
+    with pytest.raises(UsageError, match="is not in the air"):
+        recover(healthy, cross_check(healthy), "satellite", 1e4)
+
+
+def test_the_same_log_recovers_the_same(healthy: Log, tmp_path: Path) -> None:
+    from fdi.report.recovered import write_recovered
+
+    for name in ("a.csv", "b.csv", "a.parquet", "b.parquet"):
+        found = recover(healthy, cross_check(healthy), "satellite", FAILS)
+        write_recovered(found, tmp_path / name)
+    for ending in ("csv", "parquet"):
+        one, other = ((tmp_path / f"{x}.{ending}").read_bytes() for x in "ab")
+        assert one == other
