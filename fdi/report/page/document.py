@@ -39,11 +39,12 @@ class Plot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """A case with the plots of its tests, a tuple for each, and of the flight around it."""
+    """A case with its plots: a tuple for each test, of the fault's size, of the flight around."""
 
     case: Case
     place: str
     plots: tuple[tuple[Plot, ...], ...]
+    sized: tuple[Plot, ...]
     context: tuple[Plot, ...]
 
 
@@ -116,6 +117,7 @@ def page_of(analysis: Analysis) -> Page:
                 "at": round(case.at, 3),
                 "window": [round(edge, 3) for edge in case.window],
                 "context": context if place in unexplained else [],
+                "sized": [panel_json(panel, held.names.__contains__) for panel in case.sized],
                 "tests": [
                     [panel_json(panel, held.names.__contains__) for panel in test.panels]
                     for test in case.tests
@@ -133,6 +135,7 @@ def page_of(analysis: Analysis) -> Page:
                 _plots(test.panels, f"cases.{place}.tests.{i}", case.window, lines, bands)
                 for i, test in enumerate(case.tests)
             ),
+            _plots(case.sized, f"cases.{place}.sized", case.window, lines, bands),
             _plots(
                 [panels[i] for i in context] if place in unexplained else [],
                 f"cases.{place}.context",

@@ -20,7 +20,7 @@ from fdi.report.page.track import Track
 Floats = NDArray[np.float64]
 
 WIDTH: Final = 900
-LEFT: Final = 56
+LEFT: Final = 62
 RIGHT: Final = 8
 TOP: Final = 20
 """Above the plot stand the names of the curves."""
@@ -98,7 +98,7 @@ def panel_svg(
     for value in ticks(low, high, 4):
         parts.append(
             f'<path class="rule" d="M{LEFT} {y(value):.1f}H{WIDTH - RIGHT}"/>'
-            f'<text class="tick end" x="{LEFT - 5}" y="{y(value) + 3.5:.1f}">{value:g}</text>'
+            f'<text class="tick end" x="{LEFT - 5}" y="{y(value) + 3.5:.1f}">{value:.9g}</text>'
         )
     parts += _time_axis(span, x, TOP + HEIGHT)
     for (curve, colour), (t, values) in zip(coloured(panel), shown, strict=True):

@@ -9,7 +9,7 @@ move it most, the accused component's first, beside what the rest of the test pr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -17,13 +17,15 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.diagnosis import Ending, Finding, runs
+from fdi.diagnosis import Ending, Finding, Size, runs
 from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.ending import BEFORE_S, went_wrong
+from fdi.diagnosis.explain import size_in_words
 from fdi.diagnosis.plain import alarm_words, channel_words
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Kind
 from fdi.model.system import System, SystemEquation
+from fdi.report.page.overview import curve_of
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.sides import Parts, residual_of, sides
 from fdi.residuals.respond import Stretch, stretch
@@ -80,6 +82,7 @@ class Case:
     """What speaks for an accusation.
 
     ``window``: s, what is shown at first. ``others``: the other components that the tests hold.
+    ``sized``: channels with the fault that was fitted to them.
     """
 
     at: float
@@ -87,6 +90,7 @@ class Case:
     tests: tuple[Told, ...]
     quiet: tuple[Quiet, ...]
     others: tuple[str, ...]
+    sized: tuple[Panel, ...] = ()
 
 
 class Court:
@@ -106,7 +110,11 @@ class Court:
         named = [place[name] for name in finding.evidence.residuals if name in place]
         telling = place.get(finding.evidence.telling)
         rows = sorted(named, key=lambda row: (row != telling, -self._peak(row, finding.onset), row))
-        return self._case(rows, finding.component, finding.onset) if rows else None
+        if not rows:
+            return None
+        case = self._case(rows, finding.component, finding.onset)
+        size = finding.size
+        return case if size is None else replace(case, sized=tuple(self._sized(size, case.window)))
 
     def of_ending(self, ending: Ending) -> Case:
         """Return what was first where a flight went wrong, whatever tests say of it."""
@@ -233,14 +241,40 @@ class Court:
             named.add(part.equation)
             measurement = self._system.equations[part.equation].measurement
             assert measurement is not None
-            unit, scale, offset = customary(self._system.variables[measurement.variable].unit)
-            channel = str(measurement.channel)
-            recorded = Curve("recorded", self._piece.t, part.recorded * scale + offset)
-            told = "as all else in the test predicts it"
-            predicted = Curve(told, self._piece.t, part.predicted * scale + offset, look="dash")
             test = self._analysis.bank.generators[row].id
-            title = f"{channel} ({channel_words(measurement, self._system.variables)}), in {test}"
-            panels.append(Panel(title, _plain(unit), (recorded, predicted), self._hot(row), window))
+            if part.recorded is None:  # what is held of it is how long it says the same
+                channel = replace(
+                    measurement.channel, field=measurement.channel.field.partition(":")[0]
+                )
+                shown = curve_of(self._analysis.log, "recorded", str(channel))
+                if shown is not None:
+                    title = f"{channel}, recorded, in {test}"
+                    panels.append(Panel(title, shown[1], (shown[0],), self._hot(row), window))
+                continue
+            unit, scale, offset = customary(self._system.variables[measurement.variable].unit)
+            curves = [Curve("recorded", self._piece.t, part.recorded * scale + offset)]
+            if part.predicted is not None:
+                told, value = "as all else in the test predicts it", part.predicted * scale + offset
+                curves.append(Curve(told, self._piece.t, value, look="dash"))
+            words = channel_words(measurement, self._system.variables)
+            title = f"{measurement.channel} ({words}), in {test}"
+            panels.append(Panel(title, _plain(unit), tuple(curves), self._hot(row), window))
+        return panels
+
+    def _sized(self, size: Size, window: tuple[float, float]) -> list[Panel]:
+        """Return the channels that a fault of a size was fitted to, with and without it."""
+        panels = []
+        for name in size.channels:
+            found = curve_of(self._analysis.log, "recorded", name)
+            if found is None:
+                continue
+            curve, unit = found
+            since = np.maximum(curve.t - size.since, 0.0)
+            grown = since if size.shape == "drift" else (curve.t >= size.since).astype(float)
+            fitted = size.value * customary(size.unit).scale * grown
+            told = "less the fault that was fitted"
+            curves = (curve, Curve(told, curve.t, curve.value - fitted, look="dash"))
+            panels.append(Panel(size_in_words(size), unit, curves, (), window))
         return panels
 
     def _hot(self, row: int) -> list[list[float]]:

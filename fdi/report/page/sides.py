@@ -51,14 +51,15 @@ class Part:
         Its measurement equation.
     weight : float
         How far one standard deviation of it moves the residual, over the residual's own spread.
-    recorded, predicted : (n,) float
-        In the unit of its variable.
+    recorded, predicted : (n,) float or None
+        In the unit of its variable; None of what the test holds of a channel through its change, or
+        through how long it stands still, only.
     """
 
     equation: int
     weight: float
-    recorded: Floats
-    predicted: Floats
+    recorded: Floats | None
+    predicted: Floats | None
 
 
 def sides(piece: Stretch, generator: Generator) -> list[Side]:
@@ -154,26 +155,35 @@ class Parts:
         inside = told if told.any() else inside
         found = []
         for number in generator.equations:
-            measurement = system.equations[number].measurement
-            if measurement is None or measurement.stillness or measurement.silence:
+            equation = system.equations[number]
+            measurement = equation.measurement
+            if measurement is None:
+                continue
+            is_own = equation.component == component
+            if measurement.stillness or measurement.silence:
+                found.append(Part(number, 0.0, None, None))
                 continue
             probe = measurement.accuracy or 1e-3
             change = self._change(number, probe)[row]
             spread = alarms.residuals.spread[row]
             with np.errstate(divide="ignore", invalid="ignore"):
-                share = np.abs(change[inside]) / spread[inside]
+                share = np.abs(change) / spread
                 gain = change / probe
                 predicted = recorded_of(piece, number) - residual_of(alarms, row) / gain
-            known = share[np.isfinite(share)]
+            known = share[inside & np.isfinite(share)]
             weight = float(np.median(known)) if known.size else 0.0
             if weight > FAINT:
-                predicted = np.where(np.isfinite(predicted), predicted, np.nan)
+                predicted = wrap(predicted) if equation.circular else predicted
+                predicted = np.where(share > FAINT, predicted, np.nan)  # elsewhere it has no say
                 found.append(Part(number, weight, recorded_of(piece, number), predicted))
+            elif is_own:  # it has its say through its change only
+                found.append(Part(number, weight, recorded_of(piece, number), None))
 
-        def is_own(part: Part) -> bool:
-            return system.equations[part.equation].component == component
+        def order(part: Part) -> tuple[bool, float, int]:
+            own = system.equations[part.equation].component == component
+            return not own, -part.weight, part.equation
 
-        return sorted(found, key=lambda part: (not is_own(part), -part.weight, part.equation))
+        return sorted(found, key=order)
 
     def _change(self, number: int, probe: float) -> Floats:
         if number not in self._changes:

@@ -69,6 +69,8 @@ def test_parts_of_channels_answer_for_the_residual(analysis: Analysis) -> None:
     piece = stretch(analysis.residual_values, slice(0, None))
     row = next(i for i, g in enumerate(analysis.bank.generators) if "GPS_RAW_INT.alt" in g.faults)
     for part in Parts(analysis.alarms, piece).of(row, "gps", (30.0, 50.0)):
+        assert part.recorded is not None
+        assert part.predicted is not None
         known = np.isfinite(part.predicted)
         size = np.abs(part.recorded - part.predicted)[known]
         np.testing.assert_allclose(

@@ -1,6 +1,6 @@
 // A panel as a plot to zoom, by uPlot.
 
-const AXIS = 50;
+const AXIS = 60;
 const plots = [];
 
 /** Return curves as one table of uPlot's: common times, and a column for each curve. */
@@ -70,6 +70,14 @@ function linesOf(plot) {
 
 const shorter = (value) => (value === null || value === undefined ? "–" : Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential(2) : String(+value.toPrecision(5)));
 
+/** Return a tick with the digits that tell it from the next. */
+function ticked(tick, step) {
+  if (Math.abs(tick) >= 1e6 || (step && step < 1e-6)) return tick.toExponential(2);
+  let digits = 0;
+  while (digits < 9 && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-6) digits++;
+  return tick.toFixed(digits);
+}
+
 /** Make a panel a plot inside an element, on a clock; returns it. */
 function makePlot(inside, panel, clock, height = 150) {
   const live = element("div", undefined, "live");
@@ -84,7 +92,7 @@ function makePlot(inside, panel, clock, height = 150) {
   const options = () => ({
     width: wide(), height, padding: [8, 0, 0, 0],
     scales: { x: { time: false, range: () => clock.shown }, y: { range: (plot) => rangeOf(plot, clock.shown, panel) } },
-    axes: [{ ...axis(), size: 26, values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) }, { ...axis(), size: AXIS, space: 24, values: (_, ticks) => ticks.map(shorter) }],
+    axes: [{ ...axis(), size: 26, values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) }, { ...axis(), size: AXIS, space: 24, values: (plot, ticks, place, space, step) => ticks.map((tick) => ticked(tick, step)) }],
     cursor: { drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 }, bind: { dblclick: () => () => { clock.all(); return null; } } },
     legend: { live: true },
     series: [

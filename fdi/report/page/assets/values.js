@@ -60,6 +60,7 @@ function panelAt(place) {
   const part = place.split(".");
   if (part[0] === "overview") return data.overview[+part[1]];
   const held = data.cases[`${part[1]}.${part[2]}`];
+  if (part[3] === "sized") return held.sized[+part[4]];
   return part[3] === "context" ? data.overview[held.context[+part[4]]] : held.tests[+part[4]][+part[5]];
 }
 
