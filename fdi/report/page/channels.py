@@ -27,7 +27,7 @@ FINE: Final = 4000
 """Samples of a message that a plot of the page needs."""
 LEAST: Final = 60
 MOST_BYTES: Final = 3_600_000
-"""Of all channels, as text: with plots, tables and scripts a page stays below 6 MB."""
+"""Of all channels, as text, where plots leave as much."""
 BYTES: Final = 16 / 3
 """A 32-bit number in base64."""
 MOST_VALUES: Final = 30_000_000
@@ -60,8 +60,6 @@ class Held:
     ----------
     messages : dict
         JSON, by the message's key.
-    names : frozenset of str
-        Of the channels.
     left_out : tuple of str
         Messages that are not in it.
     thinned : int
@@ -69,12 +67,11 @@ class Held:
     """
 
     messages: dict[str, Any]
-    names: frozenset[str]
     left_out: tuple[str, ...]
     thinned: int
 
 
-def held_channels(log: Log, needed: Collection[str]) -> Held:
+def held_channels(log: Log, needed: Collection[str], room: float = MOST_BYTES) -> Held:
     """Return the channels that the page holds.
 
     Parameters
@@ -82,18 +79,18 @@ def held_channels(log: Log, needed: Collection[str]) -> Held:
     log : Log
     needed : collection of str
         Channels that its plots show, by name.
+    room : float
+        Bytes that all may take as text.
     """
     wanted = {Channel.parse(name).source for name in needed}
     chosen, left_out = _chosen(log, wanted)
     kept = {key: _kept(log[key], FINE) for key in chosen}
     kept = {key: one for key, one in kept.items() if one.fields}
-    most = _room(kept, wanted)
+    fine, most = _room(kept, wanted, min(room, MOST_BYTES))
     messages: dict[str, Any] = {}
-    names, reduced = set[str](), 0
+    reduced = 0
     for key, one in kept.items():
-        t, values = (one.t, one.values)
-        if key not in wanted:
-            t, values = thinned(t, values, most)
+        t, values = thinned(one.t, one.values, fine if key in wanted else most)
         reduced += len(t) < one.records
         fields = {
             clean(name): packed(column) | {"u": clean(unit)} | ({"s": 1} if is_stepped else {})
@@ -101,9 +98,8 @@ def held_channels(log: Log, needed: Collection[str]) -> Held:
                 one.fields, one.units, one.steps, values, strict=True
             )
         }
-        names |= {f"{clean(key)}.{name}" for name in fields}
         messages[clean(key)] = {"n": one.records, "k": len(t), "t": packed(t), "f": fields}
-    return Held(messages, frozenset(names), left_out, reduced)
+    return Held(messages, left_out, reduced)
 
 
 def _chosen(log: Log, wanted: Collection[str]) -> tuple[list[str], tuple[str, ...]]:
@@ -140,16 +136,18 @@ def _kept(message: Message, most: int) -> _Kept:
     return _Kept(len(message), tuple(fields), tuple(units), tuple(steps), t, values)
 
 
-def _room(kept: dict[str, _Kept], wanted: Collection[str]) -> int:
-    """Return how many samples every other message may have, so that all fit."""
+def _room(kept: dict[str, _Kept], wanted: Collection[str], room: float) -> tuple[int, int]:
+    """Return how many samples a message may have that plots need, and every other, so all fit."""
 
-    def size(most: int) -> float:
+    def size(fine: int, most: int) -> float:
         return sum(
-            min(len(one.t), FINE if key in wanted else most) * BYTES * (1 + len(one.fields))
+            min(len(one.t), fine if key in wanted else most) * BYTES * (1 + len(one.fields))
             for key, one in kept.items()
         )
 
-    most = FINE
-    while most > LEAST and size(most) > MOST_BYTES:
+    fine = most = FINE
+    while most > LEAST and size(fine, most) > room:
         most = most * 4 // 5
-    return most
+    while fine > LEAST and size(fine, most) > room:
+        fine = fine * 4 // 5
+    return fine, most

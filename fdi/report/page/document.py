@@ -6,7 +6,7 @@ no script runs and on paper.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -18,12 +18,15 @@ from fdi.report.page.drawing import grid_svg, panel_svg, track_svg
 from fdi.report.page.evidence import Case, Court
 from fdi.report.page.overview import overview
 from fdi.report.page.panel import Panel, panel_json
+from fdi.report.page.script import json_for_page
 from fdi.report.page.track import track, track_json
 from fdi.report.style import GROUP_COLOURS
 from fdi.result import Analysis
 
 CONTEXT: Final = ("Height", "Speed", "Roll", "Pitch", "Outputs")
 """What of the flight's plots stands with an end that nobody is accused for."""
+MOST_BYTES: Final = 4_800_000
+"""Of plots and channels as text; with tables and scripts a page stays below 6 MB."""
 MOST_CASES: Final = 8
 """Findings beyond are told without their curves."""
 
@@ -46,6 +49,11 @@ class Shown:
     plots: tuple[tuple[Plot, ...], ...]
     sized: tuple[Plot, ...]
     context: tuple[Plot, ...]
+
+    def all(self) -> Iterator[Plot]:
+        """Yield every plot."""
+        for plots in (*self.plots, self.sized, self.context):
+            yield from plots
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,71 +101,79 @@ def page_of(analysis: Analysis) -> Page:
     way = track(analysis.log)
     rows = marks.grid_rows(analysis)
     findings, firsts = _cases(analysis)
-    held = held_channels(
-        analysis.log, [curve.channel for panel in panels for curve in panel.curves if curve.channel]
-    )
-    cases = [
-        (f"{kind}.{place}", case)
+    cases = {
+        f"{kind}.{place}": case
         for kind, cases in (("finding", findings), ("first", firsts))
         for place, (_, case) in enumerate(cases)
         if case is not None
-    ]
-    context = [i for i, panel in enumerate(panels) if panel.title.startswith(CONTEXT)]
-    unexplained = {place for place, _ in cases if place.startswith("first")}
-    data = {
+    }
+    around = [i for i, panel in enumerate(panels) if panel.title.startswith(CONTEXT)]
+    context = {place: around if place.startswith("first") else [] for place in cases}
+    data: dict[str, Any] = {
         "span": [round(edge, 3) for edge in span],
         "name": analysis.log.name,
         "modes": [[round(a, 3), round(b, 3), name] for a, b, name in bands],
         "marks": events,
         "grid": rows,
-        "overview": [panel_json(panel, held.names.__contains__) for panel in panels],
+        "overview": [panel_json(panel) for panel in panels],
         "track": track_json(way),
-        "cases": {
-            place: {
-                "at": round(case.at, 3),
-                "window": [round(edge, 3) for edge in case.window],
-                "context": context if place in unexplained else [],
-                "sized": [panel_json(panel, held.names.__contains__) for panel in case.sized],
-                "tests": [
-                    [panel_json(panel, held.names.__contains__) for panel in test.panels]
-                    for test in case.tests
-                ],
-            }
-            for place, case in cases
-        },
-        "messages": held.messages,
+        "cases": {p: _case_json(case) | {"context": context[p]} for p, case in cases.items()},
     }
+
+    def plots(panels: Sequence[Panel], place: str, span: tuple[float, float]) -> tuple[Plot, ...]:
+        return tuple(
+            Plot(
+                f"{place}.{i}",
+                f"{panel.title}, {panel.unit}" if panel.unit else panel.title,
+                panel_svg(panel, span, lines, bands),
+            )
+            for i, panel in enumerate(panels)
+        )
+
     shown = {
         place: Shown(
             case,
             place,
             tuple(
-                _plots(test.panels, f"cases.{place}.tests.{i}", case.window, lines, bands)
+                plots(test.panels, f"cases.{place}.tests.{i}", case.window)
                 for i, test in enumerate(case.tests)
             ),
-            _plots(case.sized, f"cases.{place}.sized", case.window, lines, bands),
-            _plots(
-                [panels[i] for i in context] if place in unexplained else [],
-                f"cases.{place}.context",
-                case.window,
-                lines,
-                bands,
-            ),
+            plots(case.sized, f"cases.{place}.sized", case.window),
+            plots([panels[i] for i in context[place]], f"cases.{place}.context", case.window),
         )
-        for place, case in cases
+        for place, case in cases.items()
     }
+    drawn = plots(panels, "overview", span)
+    every = [*drawn, *(plot for one in shown.values() for plot in one.all())]
+    used = len(json_for_page(data)) + sum(len(plot.svg) for plot in every)
+    needed = _channels([*panels, *(panel for case in cases.values() for panel in case.panels())])
+    held = held_channels(analysis.log, needed, MOST_BYTES - used)
     return Page(
-        data=data,
+        data=data | {"messages": held.messages},
         airframe=airframe_svg(analysis),
         grid=grid_svg(rows, span, lines) if rows else "",
         way="" if way is None else track_svg(way),
         way_told="" if way is None else way.told,
-        plots=_plots(panels, "overview", span, lines, bands),
+        plots=drawn,
         findings=[(f, shown.get(f"finding.{i}")) for i, (f, _) in enumerate(findings)],
         firsts=[(e, shown.get(f"first.{i}")) for i, (e, _) in enumerate(firsts)],
         groups=tuple(g for g in GROUP_COLOURS if any(row["group"] == g for row in rows)),
         held=held,
     )
+
+
+def _case_json(case: Case) -> dict[str, Any]:
+    return {
+        "at": round(case.at, 3),
+        "window": [round(edge, 3) for edge in case.window],
+        "sized": [panel_json(panel) for panel in case.sized],
+        "tests": [[panel_json(panel) for panel in test.panels] for test in case.tests],
+    }
+
+
+def _channels(panels: Sequence[Panel]) -> set[str]:
+    """Return the channels of the log that panels show."""
+    return {curve.channel for panel in panels for curve in panel.curves if curve.channel}
 
 
 def _cases(
@@ -179,20 +195,3 @@ def _cases(
         if one.end.is_bad
     ]
     return findings, firsts
-
-
-def _plots(
-    panels: Sequence[Panel],
-    place: str,
-    span: tuple[float, float],
-    lines: Sequence[tuple[float, str]],
-    bands: Sequence[tuple[float, float, str]],
-) -> tuple[Plot, ...]:
-    return tuple(
-        Plot(
-            f"{place}.{i}",
-            f"{panel.title}, {panel.unit}" if panel.unit else panel.title,
-            panel_svg(panel, span, lines, bands),
-        )
-        for i, panel in enumerate(panels)
-    )

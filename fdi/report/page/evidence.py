@@ -8,7 +8,7 @@ move it most, the accused component's first, beside what the rest of the test pr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -91,6 +91,12 @@ class Case:
     quiet: tuple[Quiet, ...]
     others: tuple[str, ...]
     sized: tuple[Panel, ...] = ()
+
+    def panels(self) -> Iterator[Panel]:
+        """Yield every panel of the case."""
+        yield from self.sized
+        for test in self.tests:
+            yield from test.panels
 
 
 class Court:

@@ -15,6 +15,8 @@ from fdi.result import Analysis
 from fdi.telemetry import Event, Log
 
 MOST_MARKS: Final = 400
+MOST_MODES: Final = 100
+"""After a crash an old copter logs modes by the hundred: of more, those that nobody can see go."""
 MOST_BARS: Final = 6000
 """Of the grid; a finer flicker is merged."""
 FINEST: Final = 1500
@@ -51,7 +53,8 @@ def modes(log: Log) -> list[tuple[float, float, str]]:
             found[-1] = (found[-1][0], later, found[-1][2])
         else:
             found.append((event.t, later, clean(event.text)))
-    return [one for one in found if one[1] > one[0]]
+    shortest = (log.span[1] - log.span[0]) / FINEST if len(found) > MOST_MODES else 0.0
+    return [one for one in found if one[1] - one[0] > shortest]
 
 
 def level_of(event: Event) -> int:

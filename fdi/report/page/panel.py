@@ -6,7 +6,7 @@ browser a plot to zoom. A curve that is a channel of the log names it: the page 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
 
@@ -18,7 +18,7 @@ from fdi.report.words import clean
 
 Floats = NDArray[np.float64]
 Look = Literal["line", "dash", "bound", "mean"]
-MOST: Final = 4000
+MOST: Final = 1200
 """Samples of a curve, beside those that are to be kept."""
 
 
@@ -81,15 +81,15 @@ def coloured(panel: Panel) -> list[tuple[Curve, int]]:
     return found
 
 
-def panel_json(panel: Panel, is_held: Callable[[str], bool]) -> dict[str, Any]:
-    """Return a panel as plain values; ``is_held`` tells which channels the page holds."""
+def panel_json(panel: Panel) -> dict[str, Any]:
+    """Return a panel as plain values."""
     curves: list[dict[str, Any]] = []
     times: dict[int, int] = {}
     columns: list[dict[str, Any]] = []
     for curve, colour in coloured(panel):
         entry: dict[str, Any] = {"label": clean(curve.label), "look": curve.look, "ink": colour}
-        if curve.channel and is_held(curve.channel):
-            entry["channel"] = curve.channel
+        if curve.channel:
+            entry["channel"] = clean(curve.channel)
         else:
             t, values = thinned(curve.t, curve.value[None], MOST, panel.keep)
             if id(curve.t) not in times:
