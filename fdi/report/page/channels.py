@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.report.page.columns import packed, thinned
+from fdi.report.page.columns import Spans, packed, thinned
 from fdi.report.words import clean
 from fdi.telemetry import Channel, Log, Message
 from fdi.units import customary
@@ -71,7 +71,9 @@ class Held:
     thinned: int
 
 
-def held_channels(log: Log, needed: Collection[str], room: float = MOST_BYTES) -> Held:
+def held_channels(
+    log: Log, needed: Collection[str], room: float = MOST_BYTES, keep: Spans = ()
+) -> Held:
     """Return the channels that the page holds.
 
     Parameters
@@ -81,16 +83,18 @@ def held_channels(log: Log, needed: Collection[str], room: float = MOST_BYTES) -
         Channels that its plots show, by name.
     room : float
         Bytes that all may take as text.
+    keep : sequence of (float, float)
+        s; of what lies between more samples are kept.
     """
     wanted = {Channel.parse(name).source for name in needed}
     chosen, left_out = _chosen(log, wanted)
-    kept = {key: _kept(log[key], FINE) for key in chosen}
+    kept = {key: _kept(log[key], keep) for key in chosen}
     kept = {key: one for key, one in kept.items() if one.fields}
     fine, most = _room(kept, wanted, min(room, MOST_BYTES))
     messages: dict[str, Any] = {}
     reduced = 0
     for key, one in kept.items():
-        t, values = thinned(one.t, one.values, fine if key in wanted else most)
+        t, values = thinned(one.t, one.values, fine if key in wanted else most, keep)
         reduced += len(t) < one.records
         fields = {
             clean(name): packed(column) | {"u": clean(unit)} | ({"s": 1} if is_stepped else {})
@@ -118,7 +122,7 @@ def _chosen(log: Log, wanted: Collection[str]) -> tuple[list[str], tuple[str, ..
     return [k for k in keys if k in taken], tuple(clean(k) for k in keys if k not in taken)
 
 
-def _kept(message: Message, most: int) -> _Kept:
+def _kept(message: Message, keep: Spans) -> _Kept:
     fields, units, steps, columns = list[str](), list[str](), list[bool](), list[Floats]()
     for name, column in message.columns.items():
         if column.is_text or name in TIMES:
@@ -132,7 +136,7 @@ def _kept(message: Message, most: int) -> _Kept:
         steps.append(column.is_discrete)
         columns.append(values * scale + offset)
     stacked = np.array(columns).reshape(len(columns), len(message))
-    t, values = thinned(message.t, stacked, most)
+    t, values = thinned(message.t, stacked, FINE, keep)
     return _Kept(len(message), tuple(fields), tuple(units), tuple(steps), t, values)
 
 

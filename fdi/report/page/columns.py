@@ -9,12 +9,14 @@ ends tell. A time within a bucket is so off by less than the bucket is long.
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Spans = Sequence[tuple[float, float]]
 
 SMALL: Final = 1e-3
 """A column that varies by less than this share of its size is kept as what it varies by: 32 bits
@@ -24,9 +26,7 @@ GAP_S: Final = 2.0
 """Where samples are missing for longer than both, a line is broken (chosen, for the eye only)."""
 
 
-def thinned(
-    t: Floats, values: Floats, most: int, keep: tuple[float, float] | None = None
-) -> tuple[Floats, Floats]:
+def thinned(t: Floats, values: Floats, most: int, keep: Spans = ()) -> tuple[Floats, Floats]:
     """Return about ``most`` samples at the most that hold the extremes of every column.
 
     Parameters
@@ -36,8 +36,9 @@ def thinned(
     values : (k, n) float
         NaN where unknown.
     most : int
-    keep : (float, float), optional
-        Between these times all samples are kept, beside those.
+    keep : sequence of (float, float)
+        What lies between these times, s, goes before the rest: it may have half of the room, and
+        is whole where that suffices.
 
     Returns
     -------
@@ -53,11 +54,7 @@ def thinned(
     count = len(t)
     if count <= most:
         return t, values
-    width = -(-2 * count // most)
-    first = np.arange(0, count, width)
-    if keep is not None:
-        low, high = int(np.searchsorted(t, keep[0])), int(np.searchsorted(t, keep[1], side="right"))
-        first = np.union1d(first, np.arange(low, min(high + 1, count)))
+    first = _buckets(t, most, keep)
     last = np.append(first[1:], count) - 1
     least = np.fmin.reduceat(values, first, axis=1)
     largest = np.fmax.reduceat(values, first, axis=1)
@@ -70,6 +67,23 @@ def thinned(
     needed = np.ones(len(times), bool)
     needed[1::2] = last > first
     return times[needed], pairs[:, needed]
+
+
+def _buckets(t: Floats, most: int, keep: Spans) -> NDArray[np.intp]:
+    """Return the first sample of every bucket, ascending; a bucket of several gives two samples."""
+    is_kept = np.zeros(len(t), bool)
+    for low, high in keep:
+        is_kept[np.searchsorted(t, low) : np.searchsorted(t, high, side="right")] = True
+    kept = int(is_kept.sum())
+    fine = 1 if kept <= most // 2 else -(-2 * kept // max(most // 2, 2))
+    used = kept if fine == 1 else most // 2
+    coarse = -(-2 * (len(t) - kept) // max(most - used, 2))
+    edges = np.flatnonzero(np.diff(is_kept)) + 1
+    parts = [
+        np.arange(low, high, fine if is_kept[low] else max(coarse, 1))
+        for low, high in zip([0, *edges.tolist()], [*edges.tolist(), len(t)], strict=True)
+    ]
+    return np.concatenate(parts)
 
 
 def packed(values: Floats) -> dict[str, Any]:

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fdi.diagnosis import Ending, Finding
+from fdi.diagnosis.ending import went_wrong
 from fdi.report.page import marks
 from fdi.report.page.airframe import airframe_svg
 from fdi.report.page.channels import Held, held_channels
 from fdi.report.page.drawing import grid_svg, panel_svg, track_svg
-from fdi.report.page.evidence import Case, Court
+from fdi.report.page.evidence import AFTER, BEFORE, Case, Court
 from fdi.report.page.overview import overview
 from fdi.report.page.panel import Panel, panel_json
 from fdi.report.page.script import json_for_page
@@ -147,7 +148,11 @@ def page_of(analysis: Analysis) -> Page:
     every = [*drawn, *(plot for one in shown.values() for plot in one.all())]
     used = len(json_for_page(data)) + sum(len(plot.svg) for plot in every)
     needed = _channels([*panels, *(panel for case in cases.values() for panel in case.panels())])
-    held = held_channels(analysis.log, needed, MOST_BYTES - used)
+    moments = [case.window for case in cases.values()]
+    moments += [
+        (went_wrong(end) - BEFORE, end.at + AFTER) for end in analysis.log.ends if end.is_bad
+    ]
+    held = held_channels(analysis.log, needed, MOST_BYTES - used, moments)
     return Page(
         data=data | {"messages": held.messages},
         airframe=airframe_svg(analysis),

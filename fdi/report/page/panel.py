@@ -59,7 +59,7 @@ class Panel:
     hot : sequence of (float, float)
         s; when an alarm stood.
     keep : (float, float) or None
-        Between these times no sample is left out.
+        What lies between these times goes before the rest.
     """
 
     title: str
@@ -83,6 +83,7 @@ def coloured(panel: Panel) -> list[tuple[Curve, int]]:
 
 def panel_json(panel: Panel) -> dict[str, Any]:
     """Return a panel as plain values."""
+    keep = () if panel.keep is None else (panel.keep,)
     curves: list[dict[str, Any]] = []
     times: dict[int, int] = {}
     columns: list[dict[str, Any]] = []
@@ -91,7 +92,7 @@ def panel_json(panel: Panel) -> dict[str, Any]:
         if curve.channel:
             entry["channel"] = clean(curve.channel)
         else:
-            t, values = thinned(curve.t, curve.value[None], MOST, panel.keep)
+            t, values = thinned(curve.t, curve.value[None], MOST, keep)
             if id(curve.t) not in times:
                 times[id(curve.t)] = len(columns)
                 columns.append(packed(t) | {"n": len(t)})
