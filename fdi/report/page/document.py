@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from fdi.diagnosis import Ending, Finding
 from fdi.diagnosis.ending import went_wrong
@@ -88,16 +88,18 @@ class Page:
     held: Held
 
 
+class _Ground(NamedTuple):
+    """What all plots stand on: modes with their times, s, and moments with their class."""
+
+    bands: list[tuple[float, float, str]]
+    lines: list[tuple[float, str]]
+
+
 def page_of(analysis: Analysis) -> Page:
     """Return what the page of an analysis holds beside its tables."""
     span = marks.extent(analysis)
-    bands = marks.modes(analysis.log)
     events = marks.marks(analysis)
-    lines = [
-        (one["at"], "onset" if one["kind"] == "onset" else "edge")
-        for one in events
-        if one["kind"] in (*marks.EDGES, "onset")
-    ]
+    ground = _Ground(marks.modes(analysis.log), _lines(events))
     panels = overview(analysis.log)
     way = track(analysis.log)
     rows = marks.grid_rows(analysis)
@@ -113,7 +115,7 @@ def page_of(analysis: Analysis) -> Page:
     data: dict[str, Any] = {
         "span": [round(edge, 3) for edge in span],
         "name": analysis.log.name,
-        "modes": [[round(a, 3), round(b, 3), name] for a, b, name in bands],
+        "modes": [[round(a, 3), round(b, 3), name] for a, b, name in ground.bands],
         "marks": events,
         "grid": rows,
         "overview": [panel_json(panel) for panel in panels],
@@ -121,30 +123,11 @@ def page_of(analysis: Analysis) -> Page:
         "cases": {p: _case_json(case) | {"context": context[p]} for p, case in cases.items()},
     }
 
-    def plots(panels: Sequence[Panel], place: str, span: tuple[float, float]) -> tuple[Plot, ...]:
-        return tuple(
-            Plot(
-                f"{place}.{i}",
-                f"{panel.title}, {panel.unit}" if panel.unit else panel.title,
-                panel_svg(panel, span, lines, bands),
-            )
-            for i, panel in enumerate(panels)
-        )
-
     shown = {
-        place: Shown(
-            case,
-            place,
-            tuple(
-                plots(test.panels, f"cases.{place}.tests.{i}", case.window)
-                for i, test in enumerate(case.tests)
-            ),
-            plots(case.sized, f"cases.{place}.sized", case.window),
-            plots([panels[i] for i in context[place]], f"cases.{place}.context", case.window),
-        )
+        place: _shown(case, place, [panels[i] for i in context[place]], ground)
         for place, case in cases.items()
     }
-    drawn = plots(panels, "overview", span)
+    drawn = _plots(panels, "overview", span, ground)
     every = [*drawn, *(plot for one in shown.values() for plot in one.all())]
     used = len(json_for_page(data)) + sum(len(plot.svg) for plot in every)
     needed = _channels([*panels, *(panel for case in cases.values() for panel in case.panels())])
@@ -156,7 +139,7 @@ def page_of(analysis: Analysis) -> Page:
     return Page(
         data=data | {"messages": held.messages},
         airframe=airframe_svg(analysis),
-        grid=grid_svg(rows, span, lines) if rows else "",
+        grid=grid_svg(rows, span, ground.lines) if rows else "",
         way="" if way is None else track_svg(way),
         way_told="" if way is None else way.told,
         plots=drawn,
@@ -165,6 +148,36 @@ def page_of(analysis: Analysis) -> Page:
         groups=tuple(g for g in GROUP_COLOURS if any(row["group"] == g for row in rows)),
         held=held,
     )
+
+
+def _lines(events: Sequence[dict[str, Any]]) -> list[tuple[float, str]]:
+    """Return the moments that a drawing marks."""
+    return [
+        (one["at"], "onset" if one["kind"] == "onset" else "edge")
+        for one in events
+        if one["kind"] in (*marks.EDGES, "onset")
+    ]
+
+
+def _plots(
+    panels: Sequence[Panel], place: str, span: tuple[float, float], ground: _Ground
+) -> tuple[Plot, ...]:
+    return tuple(
+        Plot(
+            f"{place}.{i}",
+            f"{panel.title}, {panel.unit}" if panel.unit else panel.title,
+            panel_svg(panel, span, ground.lines, ground.bands),
+        )
+        for i, panel in enumerate(panels)
+    )
+
+
+def _shown(case: Case, place: str, context: Sequence[Panel], ground: _Ground) -> Shown:
+    def plots(panels: Sequence[Panel], kind: str) -> tuple[Plot, ...]:
+        return _plots(panels, f"cases.{place}.{kind}", case.window, ground)
+
+    tests = tuple(plots(test.panels, f"tests.{i}") for i, test in enumerate(case.tests))
+    return Shown(case, place, tests, plots(case.sized, "sized"), plots(context, "context"))
 
 
 def _case_json(case: Case) -> dict[str, Any]:

@@ -7,6 +7,7 @@ installed chromium and downloads none.
 import shutil
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 
 from fdi.report.html import html_report
 
-from ..build import small_analysis, small_log
+from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
@@ -27,6 +28,8 @@ pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("browser")
     log = small_log(name=f"{HARM[:40]}.tlog".replace("/", ""), text=f"{HARM} {HOSTILE}")
+    own = message(HARM, {f"a.{HARM}": log["VFR_HUD"].si("alt")}, log["VFR_HUD"].t)
+    log = replace(log, messages={**log.messages, HARM: own}, parameters={HARM: 1.0})
     path = folder / "report.html"
     path.write_text(html_report(small_analysis(folder, log)), "utf-8")
     return path
@@ -141,6 +144,15 @@ def test_any_channel_can_be_picked_and_added(page: Any) -> None:
     page.locator("#add").click()
     assert page.locator("#picked .uplot").count() == 1
     assert "VFR_HUD.alt, GPS_RAW_INT.alt" in page.locator("#picked figcaption").text_content()
+
+
+def test_a_channel_with_a_hostile_name_is_plotted_and_inert(page: Any) -> None:
+    page.locator("#search").fill("harm")
+    page.locator("#add").click()
+    assert page.locator("#picked .uplot").count() == 1
+    assert HARM in page.locator("#picked figcaption").text_content()
+    assert page.locator("img").count() == 0
+    assert page.title() != "harm"
 
 
 def test_events_are_filtered_by_severity(page: Any) -> None:

@@ -16,7 +16,7 @@ function makePicker() {
     let group = null, key = null;
     for (const name of channelNames()) {
       if (!words.every((word) => name.toLowerCase().includes(word))) continue;
-      const own = name.slice(0, name.indexOf("."));
+      const [own] = keyOf(name);
       if (own !== key) {
         key = own;
         group = element("optgroup");

@@ -13,17 +13,25 @@ function column(packed, n) {
   return Array.from(new Float32Array(bytes.buffer), (v) => (Number.isNaN(v) ? null : v + base));
 }
 
-const decoded = new Map();
+const decoded = new Map(); // of channels by name, and of times by the key of their message, a space before
+
+/** Return the message and the field of a channel's name; a damaged log may have points in either. */
+function keyOf(name) {
+  for (let dot = name.indexOf("."); dot >= 0; dot = name.indexOf(".", dot + 1)) {
+    const key = name.slice(0, dot), own = name.slice(dot + 1);
+    if (Object.hasOwn(data.messages, key) && Object.hasOwn(data.messages[key].f, own)) return [key, own];
+  }
+  throw new Error(`${name} is no channel of this page`);
+}
 
 /** Return a channel of the log as {t, v, unit, stepped}; each is decoded once. */
 function channel(name) {
   if (decoded.has(name)) return decoded.get(name);
-  const dot = name.indexOf(".");
-  const message = data.messages[name.slice(0, dot)];
-  const field = message.f[name.slice(dot + 1)];
-  const key = name.slice(0, dot);
-  if (!decoded.has(key)) decoded.set(key, column(message.t, message.k));
-  const found = { t: decoded.get(key), v: column(field, message.k), unit: field.u, stepped: !!field.s };
+  const [key, own] = keyOf(name);
+  const message = data.messages[key];
+  const field = message.f[own];
+  if (!decoded.has(` ${key}`)) decoded.set(` ${key}`, column(message.t, message.k));
+  const found = { t: decoded.get(` ${key}`), v: column(field, message.k), unit: field.u, stepped: !!field.s };
   decoded.set(name, found);
   return found;
 }
