@@ -19,7 +19,7 @@ from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
-from fdi.report.page.suspects import ending_words, second_suspect, sure_words
+from fdi.report.page.suspects import ending_words, sure_words, suspects
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
@@ -124,7 +124,7 @@ def _findings(
             "value": finding,
             "name": component_words(finding.component, analysis.system.components),
             "sure": sure_words(finding),
-            "second": second_suspect(finding, analysis, whom),
+            "suspects": suspects(finding, analysis, whom),
             "onset": onset(finding, analysis),
             "alarm": log_time(finding.alarm, analysis.log),
             "end": None if finding.end is None else log_time(finding.end, analysis.log),

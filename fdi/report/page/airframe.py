@@ -9,7 +9,7 @@ log does not tell is not drawn: its motors are labels.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import cos, pi, sin
+from math import cos, hypot, pi, sin
 from typing import Final
 
 from fdi.model.naming import component_words
@@ -24,6 +24,8 @@ TALL: Final = 290
 REACH: Final = 105.0
 """From the middle to the outermost motors."""
 RADIUS: Final = 27
+ASIDE: Final = 46
+"""From a motor to the other one on its arm."""
 COLUMNS: Final = 2
 PILL: Final = 25
 HIDDEN: Final = ("outside_model",)
@@ -105,7 +107,8 @@ def _multicopter(motors: tuple[Motor, ...], states: dict[str, str]) -> Iterator[
     for x, y in places:
         yield f'<path class="arm" d="M{MIDDLE} 150L{x:.0f} {y:.0f}"/>'
     yield f'<rect class="hull" x="{MIDDLE - 27}" y="118" width="54" height="64" rx="14"/>'
-    radius = RADIUS if len(motors) <= 6 else RADIUS - 6
+    apart = [hypot(a - x, b - y) for i, (a, b) in enumerate(places) for x, y in places[:i]]
+    radius = min(RADIUS, int(min(apart) / 2) - 1) if apart else RADIUS  # none covers another
     for motor, (x, y) in zip(motors, places, strict=True):
         state = states.get(f"motor_{motor.number}", "open")
         turn = _turn(motor)
@@ -123,12 +126,12 @@ def _turn(motor: Motor) -> str:
 
 
 def _places(motors: tuple[Motor, ...]) -> list[tuple[float, float]]:
-    """Return where each motor is drawn; of two at one place the second lies below the first."""
+    """Return where each motor is drawn; of two at one place the second stands beside the first."""
     found: list[tuple[float, float]] = []
     for motor in motors:
         x, y = MIDDLE - motor.roll * REACH, 150 - motor.pitch * REACH
-        while any(abs(x - a) < 12 and abs(y - b) < 12 for a, b in found):
-            x, y = x + (18 if x >= MIDDLE else -18), y + 16
+        while any(abs(x - a) < RADIUS and abs(y - b) < RADIUS for a, b in found):
+            x += ASIDE if x >= MIDDLE else -ASIDE
         found.append((x, y))
     return found
 

@@ -22,7 +22,7 @@ from fdi.result import Analysis
 
 SOON: Final = 10.0
 """s after the onset in which a test that holds a component should have shown its fault."""
-NEGLIGIBLE: Final = 0.001
+NEGLIGIBLE: Final = 0.005
 _HOW: Final = {
     "landed": "It landed.",
     "in_air": "The log ends in the air.",
@@ -57,12 +57,23 @@ def ending_words(ending: Ending | None) -> str:
     return said
 
 
-def second_suspect(finding: Finding, analysis: Analysis, whom: Concerns) -> Suspect:
-    """Return the most probable other explanation of a finding's alarms."""
+def suspects(finding: Finding, analysis: Analysis, whom: Concerns) -> list[Suspect]:
+    """Return the other explanations of a finding's alarms, the more probable first.
+
+    The most probable other component, and nobody; who is next to impossible only if nothing else
+    is left to tell.
+    """
     nobody = 1.0 - finding.confidence - sum(share for _, share in finding.rivals)
-    name, share = max(finding.rivals, key=lambda one: one[1], default=("", 0.0))
-    if not name or nobody >= share:
-        return _nobody(max(nobody, 0.0))
+    found = [_nobody(max(nobody, 0.0))]
+    if finding.rivals:
+        found.append(_rival(*max(finding.rivals, key=lambda one: one[1]), finding, analysis, whom))
+    found.sort(key=lambda one: -one.share)
+    return [one for one in found if one.share >= NEGLIGIBLE] or found[:1]
+
+
+def _rival(
+    name: str, share: float, finding: Finding, analysis: Analysis, whom: Concerns
+) -> Suspect:
     place = {g.id: row for row, g in enumerate(analysis.bank.generators)}
     rows = [place[test] for test in finding.evidence.residuals if test in place]
     explained = [row for row in rows if name in whom.of(row)]
@@ -86,8 +97,6 @@ def second_suspect(finding: Finding, analysis: Analysis, whom: Concerns) -> Susp
 
 
 def _nobody(share: float) -> Suspect:
-    if share < NEGLIGIBLE:
-        return Suspect("", share, ())
     return Suspect(
         "no component at all",
         share,

@@ -1,4 +1,6 @@
 import base64
+import itertools
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +19,7 @@ from fdi.report.page.evidence import Court
 from fdi.report.page.marks import marks, modes
 from fdi.report.page.script import json_for_page
 from fdi.report.page.sides import Parts, residual_of
-from fdi.report.page.suspects import ending_words, second_suspect
+from fdi.report.page.suspects import ending_words, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
@@ -97,15 +99,16 @@ def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
     analysis: Analysis,
 ) -> None:
     finding = replace(analysis.findings[0], confidence=0.6, rivals=(("barometer", 0.39),))
-    suspect = second_suspect(finding, analysis, concerns(analysis.bank))
+    suspect, nobody = suspects(finding, analysis, concerns(analysis.bank))
     assert suspect.name == "Barometer"
+    assert nobody.share == pytest.approx(0.01)
     assert suspect.share == 0.39
     assert suspect.asks
 
 
 def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analysis) -> None:
     finding = replace(analysis.findings[0], confidence=0.6, rivals=())
-    suspect = second_suspect(finding, analysis, concerns(analysis.bank))
+    (suspect,) = suspects(finding, analysis, concerns(analysis.bank))
     assert suspect.name == "no component at all"
     assert suspect.share == pytest.approx(0.4)
 
@@ -125,6 +128,21 @@ def test_a_quadcopter_is_drawn_with_its_motors_where_they_are(analysis: Analysis
     for number, turn in ((1, "counter-clockwise"), (2, "counter-clockwise"), (3, "clockwise")):
         assert f"motor {number}, turns {turn}" in drawn
     assert drawn.count("<circle") == 4
+
+
+@pytest.mark.parametrize("frame_class", [4.0, 5.0])
+def test_motors_on_one_arm_do_not_cover_each_other(analysis: Analysis, frame_class: float) -> None:
+    frame = {"FRAME_CLASS": frame_class, "FRAME_TYPE": 1.0}
+    drawn = airframe_svg(
+        replace(analysis, log=replace(analysis.log, vehicle="other", parameters=frame))
+    )
+    circles = [
+        tuple(map(float, found))
+        for found in re.findall(r'<circle cx="(\d+)" cy="(\d+)" r="(\d+)"', drawn)
+    ]
+    assert len(circles) in (6, 8)
+    for (x, y, r), (a, b, q) in itertools.combinations(circles, 2):
+        assert np.hypot(x - a, y - b) >= r + q
 
 
 def test_the_accused_is_marked_on_the_airframe(analysis: Analysis) -> None:
