@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from fdi.analysis import analyze
     from fdi.chain import residuals_of
+    from fdi.comparison import compare
     from fdi.decision import load_policy
     from fdi.diagnosis import diagnose
     from fdi.errors import FdiError, LogError, ModelError, OutputError, UsageError
@@ -30,6 +31,7 @@ _HOMES = {
     "UsageError": "fdi.errors",
     "analyze": "fdi.analysis",
     "build_bank": "fdi.residuals",
+    "compare": "fdi.comparison",
     "diagnose": "fdi.diagnosis",
     "load_airframe": "fdi.model",
     "load_policy": "fdi.decision",
@@ -48,6 +50,7 @@ __all__ = [
     "UsageError",
     "analyze",
     "build_bank",
+    "compare",
     "diagnose",
     "load_airframe",
     "load_policy",

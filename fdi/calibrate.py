@@ -32,6 +32,7 @@ from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals import Residuals
 from fdi.residuals.between import learned_parameters, tells
 from fdi.residuals.identify import identified
+from fdi.shown import Shown
 from fdi.telemetry import Log, read
 from fdi.telemetry.airtime import time_in_air, when_in_air
 
@@ -65,7 +66,7 @@ class Flown:
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(Shown):
     """How many findings a healthy log has under the policy as it was and learned from the others.
 
     ``after`` is None where there are no others.
@@ -78,7 +79,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Calibrated:
+class Calibrated(Shown):
     """The policy that was learned, and the check of it."""
 
     policy: Policy

@@ -23,6 +23,7 @@ from fdi.residuals import Bank, Residuals
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.identify import identified
 from fdi.residuals.latency import Lag, sample
+from fdi.shown import Shown
 from fdi.telemetry import Log, Signals
 
 Stage = Callable[[str, float], AbstractContextManager[None]]
@@ -30,7 +31,7 @@ Stage = Callable[[str, float], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class Chain(Shown):
     """The value of every stage from a log to its residuals.
 
     Attributes
@@ -54,6 +55,12 @@ class Chain:
     lags: tuple[Lag, ...]
     residuals: Residuals
     silent: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Chain of {self.log.name}: {self.airframe.name}, {self.policy.name}, "
+            f"{len(self.bank.generators)} residuals>"
+        )
 
 
 def residuals_of(

@@ -13,15 +13,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fdi.decision import Alarms, Policy
-from fdi.diagnosis import Diagnosis, Finding
+from fdi.diagnosis import Consequence, Diagnosis, Finding, NotTestable, RuledOut
 from fdi.methods.estimator import EstimatorHealth
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.latency import Lag
+from fdi.shown import Rows, html_table
 from fdi.telemetry import Log, Signals
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,9 +59,24 @@ class Analysis:
     version: str
 
     @property
-    def findings(self) -> tuple[Finding, ...]:
+    def findings(self) -> Rows[Finding]:
         """Return the accused components, causes before effects."""
-        return self.diagnosis.findings
+        return Rows(self.diagnosis.findings)
+
+    @property
+    def consequences(self) -> Rows[Consequence]:
+        """Return the components whose alarms follow from a finding."""
+        return Rows(self.diagnosis.consequences)
+
+    @property
+    def ruled_out(self) -> Rows[RuledOut]:
+        """Return the components that the data speak for."""
+        return Rows(self.diagnosis.ruled_out)
+
+    @property
+    def not_testable(self) -> Rows[NotTestable]:
+        """Return the components that this telemetry cannot show."""
+        return Rows(self.diagnosis.not_testable)
 
     @property
     def verdict(self) -> str:
@@ -109,5 +126,50 @@ class Analysis:
 
         return write_report(self, Path(out), formats, force)
 
+    def plot(
+        self,
+        what: str = "grid",
+        *,
+        channels: Sequence[str] = (),
+        test: str | None = None,
+        finding: int = 1,
+        width_mm: float = 85.0,
+    ) -> Figure:
+        """Return a figure for a printed page, by default as wide as one column.
+
+        Parameters
+        ----------
+        what : str
+            ``grid``, ``track``, ``channels``, ``residual``, ``isolability`` or ``evidence``.
+        channels : sequence of str
+            What ``channels`` shows, as ``MESSAGE.field``; by default those of the finding.
+        test : str, optional
+            What ``residual`` shows: the id of a test, its statement or a component; by default the
+            test that tells most of the finding.
+        finding : int
+            Its rank, from 1; of ``channels``, ``residual`` and ``evidence``.
+        width_mm : float
+            mm; 85 is one column of a journal, 175 both.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Of no window: ``figure.savefig("grid.pdf")``, or shown by a notebook.
+
+        Raises
+        ------
+        UsageError
+            There is no such figure, channel, test or finding, or nothing to draw.
+        """
+        from fdi.report.paper import draw
+
+        figure: Figure = draw(
+            self, what, channels=channels, test=test, finding=finding, width_mm=width_mm
+        )
+        return figure
+
     def __repr__(self) -> str:
         return f"<Analysis of {self.log.name}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(repr(self)[1:-1], ("", ""), ()) + self.findings._repr_html_()

@@ -1,7 +1,7 @@
-"""What do the samples in a moving window add up to, whatever lies outside it?
+"""What do the samples of a moving window add up to, and which of them is the largest?
 
-In: columns. Out: sums. As the difference of two running sums, the common short cut, one wild value
-would spoil all that follow: the digits that it takes are lost for good.
+In: columns. Out: sums and largest values. As the difference of two running sums, the common short
+cut, one wild value would spoil all that follow: the digits that it takes are lost for good.
 """
 
 from __future__ import annotations
@@ -72,3 +72,24 @@ def sums_between(values: Floats, first: NDArray[np.intp], last: NDArray[np.intp]
     bounds = np.column_stack([first, last]).ravel()
     sums: Floats = np.add.reduceat(np.append(values, 0.0), bounds)[::2]
     return sums
+
+
+def largest_between(values: Floats, first: NDArray[np.intp], last: NDArray[np.intp]) -> Floats:
+    """Return the largest of ``values[first:last + 1]`` for every pair, which is not empty.
+
+    Two windows of a power of two samples cover it, and those are made once for all.
+
+    Examples
+    --------
+    >>> values = np.array([3.0, 1.0, 2.0, 0.0])
+    >>> largest_between(values, np.array([0, 1, 3]), np.array([2, 2, 3])).tolist()
+    [3.0, 2.0, 0.0]
+    """
+    found = np.empty(len(first))
+    level = np.frexp(np.asarray(last - first + 1, np.float64))[1] - 1
+    part = np.asarray(values, np.float64)
+    for power in range(int(level.max(initial=-1)) + 1):
+        here = np.flatnonzero(level == power)
+        found[here] = np.maximum(part[first[here]], part[last[here] - (1 << power) + 1])
+        part = np.maximum(part[: -(1 << power)], part[1 << power :])
+    return found

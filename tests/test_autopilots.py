@@ -15,7 +15,9 @@ SECOND = {
     "mag_2": "second compass",
     "compass_2_frozen": "second compass", "SCALED_PRESSURE2.press_abs:frozen": "second barometer",
     "srf_7": "second aileron", "srf_8": "third aileron", "aileron_2_output_held": "second aileron",
-    "aileron_3_output_held": "third aileron",
+    "aileron_3_output_held": "third aileron", "mom_aileron_2": "second aileron",
+    "aileron_2_turns_otherwise": "second aileron", "mom_aileron_3": "third aileron",
+    "aileron_3_turns_otherwise": "third aileron",
 }  # fmt: skip
 """Parts that the vehicle does not have."""
 UNSET = dict.fromkeys(("battery_low", "battery_empty"), "the vehicle sets no such limit")

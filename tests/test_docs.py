@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
+from fdi import __version__
 from fdi.cli.commands import fdi as group
 from fdi.model import load_airframe
 from fdi.model.repeat import repeated
@@ -59,8 +60,21 @@ def test_models_on_a_page_are_models_or_parts_of_one(block, tmp_path):
         assert set(tree) <= {"components", "variables", "equations", "inputs", "measurements"}
 
 
+def test_the_citation_names_this_version():
+    cited = parse_document((ROOT / "CITATION.cff").read_text(encoding="utf-8"), "CITATION.cff")
+    assert cited.tree["version"] == __version__
+
+
+def test_python_on_the_page_of_figures_runs(monkeypatch):
+    (block,) = [b.values[0] for b in blocks("python") if b.id.startswith("figures.md")]
+    monkeypatch.chdir(ROOT)
+    names = {}
+    exec(compile(block, "figures.md", "exec"), names)  # noqa: S102 - our own page
+    assert names["figure"].axes
+
+
 def test_python_in_the_readme_runs(monkeypatch, tmp_path, capsys):
-    (block,) = [b.values[0] for b in blocks("python") if "fdi.analyze" in b.values[0]]
+    (block,) = [b.values[0] for b in blocks("python") if '"crash.fdi"' in b.values[0]]
     monkeypatch.chdir(ROOT)
     code = block.replace('"crash.fdi"', repr(str(tmp_path / "crash.fdi")))
     exec(compile(code, "README.md", "exec"), {})  # noqa: S102 - our own page

@@ -1,7 +1,13 @@
 """Control surfaces and engines of aeroplanes that fail in part: named, and early enough."""
 
+from dataclasses import replace
+
 import pytest
 from flights import accused, analysis_of, document_of, shared
+
+from fdi.analysis import analyze
+from fdi.decision import load_policy
+from fdi.decision.policy import policy_text
 
 ALFA = "alfa/{}.tlog"
 PLANE = "sitl/plane/{}.tlog"
@@ -71,3 +77,39 @@ def test_output_that_never_moved_is_not_judged(case):
     names = [alarms.residuals.bank.system.equations[g.residual].name for g in generators]
     assert (alarms.state[names.index("aileron_output_held")] == -1).all()
     assert (alarms.state[names.index("aileron_2_output_held")] == 0).any()
+
+
+@pytest.fixture(scope="module")
+def no_commands(tmp_path_factory):
+    """A policy without the tests that read a recorded command."""
+    file = tmp_path_factory.mktemp("policy") / "no_commands.yaml"
+    own = replace(load_policy("default"), commands="left_out")
+    file.write_text(policy_text(own), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("case", TAKEN)
+def test_dead_engine_is_named_by_what_it_does(case, no_commands):
+    """Its throttle was taken away; height and speed go while they are asked for."""
+    first = analyze(case.path, policy=no_commands).document()["findings"][0]
+    assert first["component"] == "engine"
+    assert 0 <= first["alarm"]["log_s"] - case.onset < 20
+
+
+@pytest.mark.parametrize("case", shared(ALFA.format("no_failure")))
+def test_engine_that_gives_nothing_at_an_open_throttle_is_no_elevator(case):
+    """From 51.5 s on, as its notes say: the throttle stays and rises, the vehicle sinks."""
+    document = document_of(case.path)
+    assert accused(document) == {"engine"}
+    assert 51.5 < document["findings"][0]["alarm"]["log_s"] < 65
+
+
+@pytest.mark.parametrize(
+    "case", shared(*(ALFA.format(f"rudder_{side}") for side in ("left", "right")))
+)
+def test_ailerons_that_hold_a_slip_are_not_astray(case):
+    alarms = analysis_of(case.path).alarms
+    generators = alarms.residuals.bank.generators
+    names = [alarms.residuals.bank.system.equations[g.residual].name for g in generators]
+    assert alarms.alarm[names.index("rudder_turns_otherwise")].any()
+    assert not alarms.alarm[names.index("aileron_2_turns_otherwise")].any()

@@ -1,4 +1,4 @@
-"""Sums over moving windows against the plain loop, with values of any size outside the window."""
+"""Moving windows against the plain loop, with values of any size outside of them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from fdi.windows import centred_sum, sums_between, trailing_sum
+from fdi.windows import centred_sum, largest_between, sums_between, trailing_sum
 
 COLUMNS = arrays(np.float64, st.integers(1, 40), elements=st.integers(-1000, 1000).map(float))
 
@@ -36,6 +36,14 @@ def test_between(values, data):
     first, last = np.array(data.draw(st.lists(window, min_size=1))).T
     wanted = [values[low:high].sum() for low, high in zip(first, last, strict=True)]
     assert sums_between(values, first, last).tolist() == wanted
+
+
+@given(COLUMNS, st.data())
+def test_the_largest_between(values, data):
+    window = st.tuples(*[st.integers(0, values.size - 1)] * 2).map(sorted)
+    first, last = np.array(data.draw(st.lists(window, min_size=1))).T
+    wanted = [values[low : high + 1].max() for low, high in zip(first, last, strict=True)]
+    assert largest_between(values, first, last).tolist() == wanted
 
 
 @given(COLUMNS, st.integers(1, 20), st.data())

@@ -6,7 +6,8 @@ line with the right exit code. Words -> exit code.
 - ``main.py``: the entry ``fdi``; ``interrupt.py``: how Ctrl-C ends it
 - ``commands.py``: which command is meant, and what an exception means to the shell
 - ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``, ``evaluate.py``, ``batch.py``,
-  ``calibrate.py``, ``inject.py``, ``fit.py``, ``estimator.py``, ``vote.py``: one command each
+  ``calibrate.py``, ``inject.py``, ``fit.py``, ``estimator.py``, ``observe.py``, ``check.py``,
+  ``vote.py``, ``figure.py``, ``compare.py``: one command each
 - ``options.py``: what means the same in several commands
 - ``completion.py``: what a shell offers while a word is typed
 - ``bus_error.py``: what is said when a mapped log is cut short

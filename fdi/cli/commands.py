@@ -25,12 +25,16 @@ from fdi.cli.analyze import analyze
 from fdi.cli.batch import batch
 from fdi.cli.bus_error import end_with_a_line_on_bus_errors
 from fdi.cli.calibrate import calibrate
+from fdi.cli.check import check
+from fdi.cli.compare import compare
 from fdi.cli.convert import convert
 from fdi.cli.estimator import estimator
 from fdi.cli.evaluate import evaluate
+from fdi.cli.figure import figure
 from fdi.cli.fit import fit
 from fdi.cli.info import info
 from fdi.cli.inject import inject
+from fdi.cli.observe import observe
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.cli.vote import vote
@@ -61,7 +65,11 @@ for _command in (
     info,
     convert,
     structure,
+    check,
+    compare,
+    figure,
     estimator,
+    observe,
     evaluate,
     fit,
     batch,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.residuals import Residuals
+from fdi.shown import Shown
 
 QUIET, TRIGGERED, UNKNOWN = 0, 1, -1
 
@@ -25,7 +26,7 @@ class Use:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Alarms:
+class Alarms(Shown):
     """For every residual: triggered, quiet or unknown over time; rows as the bank's generators.
 
     Attributes

@@ -23,6 +23,7 @@ from fdi.methods.table import methods_of
 from fdi.model.system import Estimate
 from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation, Residuals
+from fdi.shown import Shown
 from fdi.telemetry import Sampling
 
 FOLDER = Path(__file__).parent / "policies"
@@ -43,7 +44,7 @@ class Calibration:
 
 
 @dataclass(frozen=True, slots=True)
-class Policy:
+class Policy(Shown):
     """A recipe.
 
     Attributes

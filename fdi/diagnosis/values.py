@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.shown import Shown, html_table
 from fdi.structure.decomposition import Decomposition
 from fdi.telemetry.ends import FlightEnd
 
@@ -23,7 +24,7 @@ FindingKind = Literal[
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class Evidence(Shown):
     """What a person can check against a plot; ``telling`` is the residual that tells most."""
 
     text: str
@@ -33,7 +34,7 @@ class Evidence:
 
 
 @dataclass(frozen=True, slots=True)
-class Size:
+class Size(Shown):
     """By how much channels of a sensor read too high (below zero: too low).
 
     Attributes
@@ -64,7 +65,7 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class Term(Shown):
     """What one feature adds to the log odds of an accusation; below zero it speaks against it."""
 
     feature: str
@@ -73,7 +74,7 @@ class Term:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Shown):
     """An accused component, in one episode of one flight; times are s of the log's clock.
 
     Attributes
@@ -111,7 +112,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Consequence:
+class Consequence(Shown):
     """A component whose alarms follow from a finding."""
 
     component: str
@@ -122,7 +123,7 @@ class Consequence:
 
 
 @dataclass(frozen=True, slots=True)
-class WouldShow:
+class WouldShow(Shown):
     """The size of a lasting change from which on a fault would have shown."""
 
     fault: str
@@ -131,7 +132,7 @@ class WouldShow:
 
 
 @dataclass(frozen=True, slots=True)
-class RuledOut:
+class RuledOut(Shown):
     """A component that the data speak for: its tests could have seen a fault and stayed quiet.
 
     ``text`` is for a person: how large the faults are that would have shown.
@@ -144,7 +145,7 @@ class RuledOut:
 
 
 @dataclass(frozen=True, slots=True)
-class Open:
+class Open(Shown):
     """A component that is neither accused nor cleared, and why."""
 
     component: str
@@ -155,7 +156,7 @@ FirstKind = Literal["event", "command", "trigger", "alarm"]
 
 
 @dataclass(frozen=True, slots=True)
-class First:
+class First(Shown):
     """Something that happened in the last seconds before a flight went wrong.
 
     Attributes
@@ -178,7 +179,7 @@ class First:
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class Ending(Shown):
     """How a flight ended, and what was first where it ended badly, in the order of time."""
 
     end: FlightEnd
@@ -191,7 +192,7 @@ was raised and what keeps it in the air could be tested."""
 
 
 @dataclass(frozen=True, slots=True)
-class NotTestable:
+class NotTestable(Shown):
     """A component that this telemetry cannot show, and why."""
 
     component: str
@@ -229,9 +230,25 @@ class FaultGrid:
         """Return the half-open intervals, s, in which a row is in a state."""
         return runs(self.t, self.marks[row] == state)
 
+    def __repr__(self) -> str:
+        marked = int((self.marks == MARKED).any(axis=1).sum())
+        return f"<FaultGrid: {marked} of {len(self.faults)} faults marked, {len(self.t)} samples>"
+
+    def _repr_html_(self) -> str:
+        rows = [i for i in range(len(self.faults)) if (self.marks[i] == MARKED).any()]
+        cells = [
+            (
+                self.faults[i],
+                self.components[i],
+                ", ".join(f"{low:.1f} to {high:.1f}" for low, high in self.intervals(i, MARKED)),
+            )
+            for i in rows
+        ]
+        return html_table(repr(self)[1:-1], ("fault", "component", "marked, s"), cells)
+
 
 @dataclass(frozen=True, slots=True)
-class Agreement:
+class Agreement(Shown):
     """What the columns of a method say of an accusation, or of a flight without one.
 
     Attributes
@@ -275,6 +292,16 @@ class Isolability:
         names = list(self.faults)
         return pd.DataFrame(self.matrix.astype(int), index=names, columns=names)
 
+    def __repr__(self) -> str:
+        return (
+            f"<Isolability: {int(self.detectable.sum())} of {len(self.faults)} faults detectable, "
+            f"{len(self.groups)} groups that cannot be told apart>"
+        )
+
+    def _repr_html_(self) -> str:
+        cells = [(number, ", ".join(group)) for number, group in enumerate(self.groups, 1)]
+        return html_table(repr(self)[1:-1], ("group", "faults"), cells)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnosis:
@@ -313,6 +340,17 @@ class Diagnosis:
 
     def __repr__(self) -> str:
         return f"<Diagnosis: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        told = {
+            "accused": [one.component for one in self.findings],
+            "what follows": [one.component for one in self.consequences],
+            "ruled out": [one.component for one in self.ruled_out],
+            "open": [one.component for one in self.open],
+            "not testable": [one.component for one in self.not_testable],
+        }
+        cells = [(word, ", ".join(dict.fromkeys(some)) or "–") for word, some in told.items()]
+        return html_table(repr(self)[1:-1], ("", "components"), cells)
 
 
 def runs(t: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[list[float]]:

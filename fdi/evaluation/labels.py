@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from fdi.errors import ModelError, UsageError
+from fdi.shown import Shown
 
 RAMP: Final = "ramp"
 """The kind of a slow fault; every other kind counts as a step."""
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(Shown):
     """What failed, from ``onset`` to ``end`` (None: until the log ends), s of the log's clock."""
 
     component: str
@@ -35,7 +36,7 @@ class Fault:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class Label(Shown):
     """What is known about one flight.
 
     Attributes

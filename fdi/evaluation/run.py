@@ -22,6 +22,7 @@ from fdi.evaluation.fitting import Flown
 from fdi.evaluation.labels import Label
 from fdi.evaluation.score import Score, score
 from fdi.fleet import Job, Row, row_of_log, rows, told
+from fdi.shown import Shown
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
@@ -33,7 +34,7 @@ ASKED: Final = "asked"
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
+class Evaluation(Shown):
     """Scores, the rows of the fleet that they come from, and the flights that had an analysis."""
 
     scores: tuple[Score, ...]

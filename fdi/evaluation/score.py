@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fdi.evaluation.labels import Label
+from fdi.shown import Shown
 
 EARLY_S: Final = 2.0
 STEP_S: Final = 5.0
@@ -27,7 +28,7 @@ _ANY_MOTOR: Final = ("motor", "propeller")
 
 
 @dataclass(frozen=True, slots=True)
-class Score:
+class Score(Shown):
     """One flight, scored.
 
     Attributes

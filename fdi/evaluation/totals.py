@@ -15,13 +15,14 @@ from statistics import median
 from typing import Any, Final
 
 from fdi.evaluation.score import Score, score
+from fdi.shown import Shown
 
 _Z: Final = 1.959964  # 95 % of a normal distribution
 _HOUR_S: Final = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Rate:
+class Rate(Shown):
     """``hits`` of ``of``, with the Wilson score interval (95 %).
 
     References

@@ -7,6 +7,8 @@ over time comes in by one door, as columns that stand beside the sensors'.
 - ``columns.py``: the door: a method's columns as one more message of the log
 - ``table.py``: which methods give columns
 - ``estimator/``: was the autopilot's own estimator healthy, and whom does that point to
+- ``observer/``: does a multicopter move as its motors are told, by a linear observer
+- ``setup/``: what was set up wrongly: motors, surfaces, sensors, thrust
 - ``voting/``: which of several autopilots of one vehicle is in charge, and how soon
 - ``reliability.py``: how probably a system of several units still works
 """

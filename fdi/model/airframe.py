@@ -26,11 +26,12 @@ from fdi.model.parameters import assumptions, value_of, without_unset
 from fdi.model.parts import Component, Equation, Measurement, ModelFile, Parameter, Variable
 from fdi.model.system import System
 from fdi.model.world import undated
+from fdi.shown import Shown
 from fdi.telemetry import Copy, Log, Request
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Airframe:
+class Airframe(Shown):
     """A whole model; knows no file syntax and no log.
 
     Attributes

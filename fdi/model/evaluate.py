@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
-from fdi.model.records import change, integral, recent, sampled, still
+from fdi.model.records import change, integral, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
 Floats = NDArray[np.float64]
@@ -164,6 +164,7 @@ _OF_RECORDS: Final[Mapping[str, Callable[[Column, Column], Floats]]] = {
 _OF_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
     "change": change,
     "integral": integral,
+    "span": span,
     "sampled": sampled,
 }
 
@@ -191,7 +192,7 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
         case Apply("still" | "recent" as name, (argument,)):
             t = columns[TIME]
             return _OF_RECORDS[name](t, _at_each(t, _evaluate(argument, columns, real_part)))
-        case Apply("change" | "integral" | "sampled" as name, (argument, Number(seconds))):
+        case Apply("change" | "integral" | "span" | "sampled" as name, (argument, Number(seconds))):
             t = columns[TIME]
             of = _at_each(t, _evaluate(argument, columns, real_part))
             return _OF_A_WHILE[name](t, of, seconds)

@@ -67,14 +67,15 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "recent": (1, 1),
     "change": (2, 2),
     "integral": (2, 2),
+    "span": (2, 2),
     "sampled": (2, 2),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
-OVER_RECORDS: Final = frozenset({"still", "recent", "change", "integral", "sampled"})
+OVER_RECORDS: Final = frozenset({"still", "recent", "change", "integral", "span", "sampled"})
 """Those whose value at a record depends on the records before: for measured fields only."""
 SAMPLED: Final = "sampled"
 """The one that tells an accuracy: for what is reported."""
-OVER_A_WHILE: Final = frozenset({"change", "integral", SAMPLED})
+OVER_A_WHILE: Final = frozenset({"change", "integral", "span", SAMPLED})
 """Those of them that take a number of seconds: for ``FIELD:over`` only."""
 OVER_TIME: Final = OVER_RECORDS | {"der", "slope"}
 """Functions whose value at a moment depends on other moments."""

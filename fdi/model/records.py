@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.windows import sums_between
+from fdi.windows import largest_between, sums_between
 
 Floats = NDArray[np.float64]
 Column = NDArray[Any]
@@ -131,6 +131,26 @@ def sampled(t: Column, values: Column, seconds: float) -> Floats:
     before = np.maximum(place - first, 1)
     error = np.sqrt(sums_between(off, first, np.maximum(place, first + 1)) / before)
     found[known] = np.where(at - seconds >= ended, error / np.sqrt(before + 1), np.nan)
+    return found
+
+
+def span(t: Column, values: Column, seconds: float) -> Floats:
+    """Return how far the largest of the records of the last seconds lies above the smallest.
+
+    Unknown where a gap lies on the way.
+
+    Examples
+    --------
+    >>> span(np.arange(5.0), np.array([0.0, 3.0, 1.0, 1.0, 1.0]), 2.0).tolist()
+    [nan, nan, 3.0, 2.0, 0.0]
+    """
+    known, at, ended = _records(t, values)
+    found = np.full(len(t), np.nan)
+    if len(at):
+        own, place = values[known], np.arange(len(at))
+        first = np.searchsorted(at, at - seconds)
+        highest, lowest = largest_between(own, first, place), largest_between(-own, first, place)
+        found[known] = np.where(at - seconds >= ended, highest + lowest, np.nan)
     return found
 
 

@@ -12,6 +12,7 @@ from typing import Final, Literal
 
 from fdi.model.expression import Expression, differential, regressed
 from fdi.model.parts import Amount, Component, Kind, Measurement, Side, Variable, read_by
+from fdi.shown import Shown
 from fdi.structure import Fault as StructuralFault
 from fdi.structure import Model
 from fdi.telemetry import Copy, Request
@@ -93,7 +94,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class ParameterValue:
+class ParameterValue(Shown):
     """The value a parameter has in this system; ``source`` is default, log, identified or policy.
 
     Attributes
@@ -110,6 +111,9 @@ class ParameterValue:
         What healthy flights before this one told, by the policy.
     flight : Estimate or None
         What the beginning of this flight alone tells.
+    shares : tuple of (str, float)
+        Of what ``std`` is made: standard deviations that are independent of each other, each named
+        by a parameter, and shared with those identified together. Empty: its own alone.
     """
 
     value: float
@@ -121,6 +125,7 @@ class ParameterValue:
     wanders: float = 0.0
     learned: Estimate | None = None
     flight: Estimate | None = None
+    shares: tuple[tuple[str, float], ...] = ()
 
     @property
     def width(self) -> float:
@@ -131,7 +136,7 @@ class ParameterValue:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class System:
+class System(Shown):
     """The equations that hold with one log.
 
     Attributes

@@ -25,7 +25,11 @@ FIRST_YEAR: Final = 2010
 
 
 def world_value(name: str, log: Log) -> float | None:
-    """Return ``magnetic_declination``, rad east, or ``magnetic_strength``, T, or None."""
+    """Return a quantity of the Earth's field, or None.
+
+    ``magnetic_declination``, rad east; ``magnetic_inclination``, rad down;
+    ``magnetic_strength``, T.
+    """
     place = _place(log)
     if place is None:
         return None
@@ -40,6 +44,8 @@ def world_value(name: str, log: Log) -> float | None:
     )
     if name == "magnetic_declination":
         return float(np.radians(result.d))
+    if name == "magnetic_inclination":
+        return float(np.radians(result.i))
     return float(result.f) * 1e-9
 
 

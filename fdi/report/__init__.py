@@ -17,12 +17,16 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``model_gain.py``, ``model_gain_text.py``: what a model shows beyond an older one
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder
+- ``check_text.py``, ``check_document.py``: what ``fdi check`` tells
+- ``observer_text.py``, ``observer_figures.py``, ``observer_document.py``: what ``fdi observe``
+  tells; ``observer_files.py``: the files of its folder
 - ``timeline.py``: which of a log's events a person wants to read
 - ``convert.py``: a log as Parquet files for other programs
 - ``vote_text.py``, ``vote_figure.py``, ``vote_document.py``: what ``fdi vote`` says, draws and
   tabulates; ``vote_rows.py``: the rows that these share; ``vote_files.py``: its folder
 - ``simulation_text.py``, ``reliability_text.py``: simulated voters; units in series and parallel
 - ``words.py``: times, numbers and foreign text as a person reads them
+- ``paper/``: figures for a printed column; ``compared/``: what ``fdi compare`` tells
 """
 
 from fdi.report.analysis_document import analysis_document

@@ -33,12 +33,13 @@ from fdi.report.files import chosen, contents, names_of
 from fdi.report.manifest import checksum_of, manifest_text, read_manifest
 from fdi.result import Analysis
 
-Holds = Literal["report", "log", "votes", "estimator"]
+Holds = Literal["report", "log", "votes", "estimator", "observer"]
 _TOLD: Final = {
     "report": "a report",
     "log": "a converted log",
     "votes": "what fdi vote writes",
     "estimator": "an estimator's health",
+    "observer": "an observer's residuals",
 }
 _LEFT: Final = re.compile(r"\.fdi-[0-9a-f]{8}\.tmp")
 """What a run that was killed leaves; such a folder is empty to us."""

@@ -4,7 +4,7 @@ In: a folder. Out: its list, ``.fdi-manifest.json``, which names each file that 
 SHA-256 of its content::
 
     {"schema_version": 1, "tool": {"name": "uav-fdi", "version": ...},
-     "holds": "report" | "log" | "votes" | "estimator",
+     "holds": "report" | "log" | "votes" | "estimator" | "observer",
      "files": [{"name": ..., "sha256": ...}, ...]}
 
 A name stands there twice while a folder is being written anew: the old content is ours, and so is

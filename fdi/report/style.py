@@ -50,8 +50,15 @@ _SETTINGS: Final[dict[str, Any]] = {
     "axes.unicode_minus": False,
     "svg.hashsalt": "uav-fdi",
     "svg.fonttype": "path",
+    "pdf.fonttype": 42,  # publishers refuse the default, Type 3
     "hatch.linewidth": 0.6,
     "hatch.color": "#b8c2cc",
+}
+
+
+_UNDATED: Final[dict[str, dict[str, None]]] = {
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
 
@@ -76,12 +83,11 @@ def new_figure(width: float, height: float) -> Any:
     return figure
 
 
-def image(figure: Any, kind: Literal["png", "svg"] | str) -> bytes:
+def image(figure: Any, kind: Literal["png", "svg", "pdf"] | str, *, dpi: int = 144) -> bytes:
     """Return a figure as the bytes of a picture, the same for the same figure."""
     out = io.BytesIO()
     with styled():
-        metadata = {"Date": None, "Creator": None} if kind == "svg" else {}
-        figure.savefig(out, format=kind, dpi=144, metadata=metadata)
+        figure.savefig(out, format=kind, dpi=dpi, metadata=_UNDATED.get(kind, {}))
     return out.getvalue()
 
 

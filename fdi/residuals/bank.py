@@ -21,6 +21,7 @@ from fdi.residuals.evaluate import context_of, evaluate_nodes
 from fdi.residuals.node import Node
 from fdi.residuals.reads import channels_read, faults_reaching
 from fdi.residuals.rules import Reason
+from fdi.shown import Shown
 from fdi.telemetry import Channel, Signals
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ SURE: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Generator:
+class Generator(Shown):
     """A residual generator.
 
     Attributes
@@ -67,7 +68,7 @@ class Generator:
 
 
 @dataclass(frozen=True, slots=True)
-class NotImplementable:
+class NotImplementable(Shown):
     """A test set that no residual generator can implement, and why: in words and as a reason."""
 
     equations: tuple[int, ...]
@@ -187,7 +188,7 @@ class Bank:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Residuals:
+class Residuals(Shown):
     """Residual columns, in the order of the bank's generators.
 
     Attributes

@@ -14,10 +14,11 @@ from typing import Literal
 import numpy as np
 
 from fdi.model.evaluate import Floats, wrap
+from fdi.shown import Shown
 
 
 @dataclass(frozen=True, slots=True)
-class Differentiation:
+class Differentiation(Shown):
     """How a policy differentiates.
 
     Attributes

@@ -396,7 +396,10 @@ def unsure_arguments(expressions: Sequence[Expression], context: Context) -> dic
     size, last = len(context.signals.t), len(context.system.equations)
     for name in sorted(used & context.unsure.keys()):
         number, parameter = context.unsure[name], context.system.parameters[name]
-        effects: Effects = {("parameter", number, 0): np.full(size, parameter.std)}
+        effects: Effects = {
+            ("parameter", context.unsure[source], 0): np.full(size, share)
+            for source, share in parameter.shares or ((name, parameter.std),)
+        }
         if parameter.wanders:
             effects["noise", -1 - last - number, 0] = np.full(size, parameter.wanders)
         found[name] = Value(np.full(size, parameter.value), effects)

@@ -66,13 +66,14 @@ TWO_SIGMA: Final = 0.975
 class Fit:
     """What least squares made of k parameters, (k,) each, as differences from their priors.
 
-    ``wanders`` is by how much each would have to go up and down from block to block to explain what
-    no constant values do.
+    ``wanders`` is by how much each would have to go up and down from block to block to explain,
+    all together, what no constant values do. ``correlation``, (k, k): how they err together.
     """
 
     value: Floats
     std: Floats
     wanders: Floats
+    correlation: Floats
 
 
 def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
@@ -117,15 +118,18 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             )
             told.append(f"{', '.join(names)} not identified: {why}")
             continue
-        found |= zip(names, _fitted(blocks, priors), strict=True)
+        found |= zip(names, _fitted(names, blocks, priors), strict=True)
     off = departure(found)
     rare = off is not None and off.rare
-    told += [
-        f"{name} not identified: the flight's beginning is beyond "
-        + ("two deviations of what was learned" if value.learned else "its bounds")
-        for name, value in found.items()
-        if value.source != "identified" and not (rare and value.learned)
-    ]
+    for names in groups.values():
+        unfit = [n for n in names if n in found and found[n].source != "identified"]
+        learned = any(found[n].learned for n in unfit)
+        if unfit and not (rare and learned):
+            bounds = "its bounds" if len(unfit) == 1 else "their bounds"
+            beyond = "two deviations of what was learned" if learned else bounds
+            told.append(
+                f"{', '.join(unfit)} not identified: the flight's beginning is beyond {beyond}"
+            )
     if rare:
         found = {n: _kept(bank.system.parameters[n], value) for n, value in found.items()}
     parameters = {**bank.system.parameters, **found}
@@ -140,8 +144,14 @@ def _kept(before: ParameterValue, found: ParameterValue) -> ParameterValue:
     return replace(before, wanders=found.wanders, flight=found.flight)
 
 
-def _fitted(blocks: Floats, priors: Sequence[ParameterValue]) -> list[ParameterValue]:
-    """Return parameters of one variable with what this flight tells of them."""
+def _fitted(
+    names: Sequence[str], blocks: Floats, priors: Sequence[ParameterValue]
+) -> list[ParameterValue]:
+    """Return parameters of one variable with what this flight tells of them.
+
+    Where the flight contradicts the bounds of one, none is identified: what fits the others holds
+    with that one only. One that was learned keeps what was, which fits the others too.
+    """
     own = fit_with_halves(blocks, np.array([prior.width for prior in priors]))
     fit = own
     if any(prior.learned for prior in priors):
@@ -150,14 +160,22 @@ def _fitted(blocks: Floats, priors: Sequence[ParameterValue]) -> list[ParameterV
         replace(prior, flight=Estimate(prior.value + float(value), float(std)))
         for prior, value, std in zip(priors, own.value, own.std, strict=True)
     ]
-    return [
-        _within(prior, *map(float, values))
-        for prior, *values in zip(alone, fit.value, fit.std, fit.wanders, strict=True)
-    ]
+    shares = fit.std[:, None] * np.linalg.cholesky(fit.correlation)
+    found = list[ParameterValue]()
+    numbers = zip(fit.value, fit.std, fit.wanders, strict=True)
+    for prior, row, share in zip(alone, numbers, shares, strict=True):
+        value = _within(prior, *map(float, row))
+        if value is None and prior.learned is None:
+            return alone
+        value = value or prior
+        found.append(replace(value, shares=tuple(zip(names, map(float, share), strict=True))))
+    return found
 
 
-def _within(prior: ParameterValue, change: float, std: float, wanders: float) -> ParameterValue:
-    """Return an identified value, within its bounds; the prior where the flight contradicts these.
+def _within(
+    prior: ParameterValue, change: float, std: float, wanders: float
+) -> ParameterValue | None:
+    """Return an identified value, within its bounds; None where the flight contradicts these.
 
     What was learned holds within two of its deviations, as the model's bounds hold those of the
     prior.
@@ -169,7 +187,7 @@ def _within(prior: ParameterValue, change: float, std: float, wanders: float) ->
     value = prior.value + change
     inside = float(np.clip(value, low, high))
     if abs(value - inside) > FAR * std:
-        return prior
+        return None
     return replace(prior, value=inside, source="identified", std=std, wanders=wanders)
 
 
@@ -222,7 +240,7 @@ def fit_with_halves(blocks: Floats, widths: Floats) -> Fit:
     apart = np.abs(first.value - second.value)
     contradict = apart > FAR * np.hypot(first.std, second.std)
     std = np.where(contradict, np.clip(apart / 2, whole.std, widths), whole.std)
-    return Fit(whole.value, std, np.fmin(first.wanders, second.wanders))
+    return replace(whole, std=std, wanders=np.fmin(first.wanders, second.wanders))
 
 
 def fit_linear(blocks: Floats, widths: Floats) -> Fit:
@@ -250,10 +268,11 @@ def fit_linear(blocks: Floats, widths: Floats) -> Fit:
     # few blocks tell their own scatter badly
     free = max(len(inliers) - len(widths), 1)
     wider = float(stdtrit(free, TWO_SIGMA) / ndtri(TWO_SIGMA))
-    std = np.minimum(wider * np.sqrt(np.diag(covariance)), widths)
-    slope = np.sqrt((inliers[:, 1:] ** 2).mean(axis=0))
+    own = np.sqrt(np.diag(covariance))
+    std = np.minimum(wider * own, widths)
+    slope = np.sqrt(len(widths) * (inliers[:, 1:] ** 2).mean(axis=0))
     wanders = np.divide(noise, slope, out=np.zeros(len(slope)), where=slope > 0)
-    return Fit(-covariance @ slopes.T @ wrong, std, wanders)
+    return Fit(-covariance @ slopes.T @ wrong, std, wanders, covariance / np.outer(own, own))
 
 
 def _scatter(blocks: Floats, widths: Floats) -> tuple[Floats, float, float]:

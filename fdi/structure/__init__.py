@@ -32,7 +32,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``selection.py``: a test for a purpose, a small bank for all purposes; its parts are
   ``purposes.py``, ``finder.py``, ``leaving.py`` and ``cover.py``
 - ``adapters.py``: models from and to networkx, scipy, sympy, the toolbox of record
-- ``frames.py``, ``plot.py``, ``display.py``: matrices with names, pictures, tables for notebooks
+- ``frames.py``, ``plot.py``: matrices with names, pictures
 """
 
 from fdi.structure.computation import Rules

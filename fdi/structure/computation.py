@@ -24,6 +24,7 @@ from heapq import heappop, heappush
 from typing import Final
 
 from fdi.errors import UsageError
+from fdi.shown import Shown
 from fdi.structure.decomposition import underdetermined
 from fdi.structure.incidence import Model
 from fdi.structure.loops import strong_components
@@ -33,7 +34,7 @@ DERIVATIVE_COST: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True)
-class Rules:
+class Rules(Shown):
     """Say which matchings are valid and what they cost.
 
     Parameters

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fdi.structure.display import html_table
+from fdi.shown import html_table
 from fdi.structure.incidence import Model, Rows, existing
 from fdi.structure.loops import strong_components
 from fdi.structure.matching import match

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fdi.shown import html_table
 from fdi.structure.decomposition import Part, reached
-from fdi.structure.display import html_table
 from fdi.structure.incidence import Model, Rows
 from fdi.structure.matching import match
 

@@ -19,13 +19,13 @@ from typing import Any
 import numpy as np
 
 from fdi.errors import ModelError, UsageError
-from fdi.structure.display import html_table
+from fdi.shown import Shown, html_table
 
 Rows = Sequence[Sequence[int]]
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(Shown):
     """Is one fault: its name and the equations that it enters.
 
     Parameters

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.structure.display import html_table
+from fdi.shown import html_table
 from fdi.structure.incidence import Rows
 
 

@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from typing import Final
 
 from fdi.errors import UsageError
+from fdi.shown import Shown
 from fdi.telemetry.dialect import MessageDefinition, definition, definition_by_name
 
 _PART: Final = r"[\w/-]+(?:\[\d{1,5}\])?"  # the stroke and the hyphen are ULog's
@@ -24,7 +25,7 @@ _HINT: Final = "write MESSAGE.field, MESSAGE[1].field or number/field, e.g. VFR_
 
 
 @dataclass(frozen=True, slots=True)
-class Channel:
+class Channel(Shown):
     """One field of one message (of one instance of it); a key: equality, hash and order.
 
     Examples

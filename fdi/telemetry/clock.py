@@ -23,6 +23,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.shown import Shown
 from fdi.telemetry.quality import Kind, QualityRecord
 
 Floats = NDArray[np.float64]
@@ -43,7 +44,7 @@ _UTC_RANGE: Final = (946684800.0, 4102444800.0)  # 2000 to 2100: stamps outside 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Clock:
+class Clock(Shown):
     """Converts the log's clock to seconds since boot and to UTC, piece by piece (one per boot).
 
     Attributes

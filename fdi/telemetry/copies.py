@@ -18,6 +18,7 @@ from typing import Final
 
 import numpy as np
 
+from fdi.shown import Shown
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.signals import Floats, Material, Records, Request, Sampling, records_of
 
@@ -44,7 +45,7 @@ EXACT: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Copy:
+class Copy(Shown):
     """A channel, ``of`` which it may be a copy, and how far it is one.
 
     ``scale`` and ``offset`` lead from ``of`` to ``channel``, ``share`` of the ``records`` values of

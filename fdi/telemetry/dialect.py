@@ -157,3 +157,16 @@ def definition_by_name(name: str) -> MessageDefinition | None:
     """Return the definition of a message name (upper case), None when the dialect has none."""
     number = _numbers().get(name)
     return None if number is None else definition(number)
+
+
+def orientation_names() -> tuple[str, ...]:
+    """Return the ways in which a sensor may be mounted, ``NONE``, ``YAW_45`` and so on.
+
+    As MAV_SENSOR_ORIENTATION numbers them, which autopilots' parameters do as well.
+    """
+    from pymavlink.dialects.v20 import ardupilotmega
+
+    entries = ardupilotmega.enums["MAV_SENSOR_ORIENTATION"]
+    prefix = "MAV_SENSOR_ROTATION_"
+    names = (entries[number].name for number in sorted(entries))
+    return tuple(name.removeprefix(prefix) for name in names if name.startswith(prefix))

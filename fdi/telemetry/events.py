@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fdi.shown import Shown
 from fdi.telemetry.catalogue import data_table
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ Kind = Literal[
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class Event(Shown):
     """Something that happened at one moment.
 
     Attributes
@@ -57,7 +58,7 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
-class Flight:
+class Flight(Shown):
     """One flight, from arming to disarming (or to the end of the data); s of the log's clock.
 
     Attributes
@@ -96,7 +97,7 @@ class Flight:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FlightState:
+class FlightState(Shown):
     """The vehicle's state at times t, (n,) each.
 
     ``controls_attitude``: the autopilot keeps an attitude that somebody demands;

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from fdi.shown import Shown
+
 Kind = Literal[
     "lost_bytes",
     "bad_checksum",
@@ -25,7 +27,7 @@ Kind = Literal[
 
 
 @dataclass(frozen=True, slots=True)
-class QualityRecord:
+class QualityRecord(Shown):
     """One finding about the data themselves.
 
     Attributes

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
+from fdi.shown import Shown
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
@@ -71,7 +72,7 @@ class Material:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Request:
+class Request(Shown):
     """One measured quantity that a model asks of a log.
 
     Attributes
@@ -119,7 +120,7 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True)
-class Sampling:
+class Sampling(Shown):
     """How a policy samples.
 
     Attributes
@@ -154,7 +155,7 @@ class Sampling:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Signals:
+class Signals(Shown):
     """The requested quantities on one grid.
 
     Attributes

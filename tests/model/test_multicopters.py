@@ -118,6 +118,7 @@ def test_an_output_that_stands_still_among_moving_ones_is_stuck_and_no_other(nam
     count = len(FRAMES[name][0])
     given = {f"u_{i}": 0.3 + 0.3 * i / count for i in range(1, count + 1)}
     given |= {f"held_{i}": 0.05 for i in range(1, count + 1)} | {f"held_{motor}": 3.0}
+    given |= {f"moves_{i}": 1.0 for i in range(1, count + 1)} | {f"moves_{motor}": 0.0}
     found = computed(name, given, [f"stuck_{i}" for i in range(1, count + 1)])
     assert found.pop(f"stuck_{motor}") == 3.0
     assert max(found.values()) <= 0.05
@@ -129,6 +130,7 @@ def test_outputs_that_all_stand_still_are_not_stuck(name):
     count = len(FRAMES[name][0])
     given = {f"u_{i}": 0.3 + 0.3 * i / count for i in range(1, count + 1)}
     given |= {f"held_{i}": 3.0 for i in range(1, count + 1)}
+    given |= {f"moves_{i}": 0.0 for i in range(1, count + 1)} | {"moves_1": 1.0}
     assert set(computed(name, given, [f"stuck_{i}" for i in range(1, count + 1)]).values()) == {0.0}
 
 

@@ -9,10 +9,10 @@ from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Apply, Number, Symbol, parse, to_text
-from fdi.model.records import GAP_S, change, integral, recent, sampled, still
+from fdi.model.records import GAP_S, change, integral, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
-FUNCTIONS = (change, integral, sampled)
+FUNCTIONS = (change, integral, span, sampled)
 EACH = pytest.mark.parametrize("function", FUNCTIONS)
 ALL = pytest.mark.parametrize("function", [still, recent, *FUNCTIONS])
 
@@ -53,6 +53,16 @@ def test_a_speed_that_grows_evenly_integrates_to_the_way(t, start, growth, secon
     begins = t - seconds
     way = start * seconds + growth * (t**2 - begins**2) / 2
     np.testing.assert_allclose(found[known], way[known], atol=1e-7)
+
+
+@given(TIMES, SECONDS, st.data())
+def test_a_span_is_that_of_the_records_in_the_window(t, seconds, data):
+    values = np.array(data.draw(st.lists(NUMBERS, min_size=len(t), max_size=len(t))))
+    found = span(t, values, seconds)
+    known = t - seconds >= t[0]
+    assert np.array_equal(np.isfinite(found), known)
+    held = [values[(t >= now - seconds) & (t <= now)] for now in t[known]]
+    assert found[known].tolist() == [np.ptp(one) for one in held]
 
 
 @given(TIMES, NUMBERS, NUMBERS, NUMBERS, st.integers(1, 20))

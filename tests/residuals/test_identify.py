@@ -57,7 +57,7 @@ def flown(bank, *, seconds=120, noise=0.02, load=None, off=None, seed=1):
     """A gauge with noise; what ``off`` adds is a fault."""
     random = np.random.default_rng(seed)
     t = np.arange(round(seconds * RATE)) / RATE
-    load = np.sin(t / 3) if load is None else np.full(len(t), float(load))
+    load = np.sin(t / 3) if load is None else np.broadcast_to(np.float64(load), t.shape)
     force = GAIN * load + ZERO + noise * random.normal(size=len(t))
     force = force if off is None else force + off(t)
     return signals(bank.system, {"VFR_HUD.alt": load, "VFR_HUD.climb": force})
@@ -117,9 +117,11 @@ def test_a_spike_within_the_beginning_does_not_count(bank):
 
 
 def test_what_contradicts_the_bounds_is_refused_and_told(bank):
-    _, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
+    """And with it what was fitted to the same: a gain that holds with that zero only."""
+    gain, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
     assert (zero.source, zero.value, zero.std) == ("default", 1.0, 0.5)
-    assert "zero not identified: the flight's beginning is beyond its bounds" in warnings
+    assert (gain.source, gain.value, gain.std) == ("default", 2.0, 0.5)
+    assert warnings == ("zero, gain not identified: the flight's beginning is beyond their bounds",)
 
 
 def test_a_log_that_is_too_short_tells_nothing(bank):
@@ -275,6 +277,26 @@ def test_a_bank_without_unknown_parameters_is_left_alone(bank):
     assert identified(own, flown(bank), RECIPE) is own
 
 
+def test_parameters_of_one_fit_err_together(bank):
+    """Where it was calibrated a gauge is known; elsewhere by as much as its gain is not."""
+    after = round(60 * RATE)
+    load = np.ones(round(120 * RATE))
+    load[after:] = 3.0
+    given_ = flown(bank, load=load)
+    fitted = identified(bank, given_, RECIPE)
+    gain, zero = (fitted.system.parameters[name] for name in ("gain", "zero"))
+    assert gain.std == pytest.approx(zero.std, rel=0.01)  # only their sum was seen
+    assert gain.std > 0.3
+    unsure = fitted.evaluate(given_, RECIPE).unsure
+    row = next(
+        i
+        for i, g in enumerate(bank.generators)
+        if bank.system.equations[g.residual].name == "balanced"
+    )
+    assert unsure[row, :after].max() < 0.02
+    assert unsure[row, after:] == pytest.approx((3 - 1) * gain.std, rel=0.02)
+
+
 def test_how_well_a_parameter_is_known_widens_what_may_last_and_not_the_noise(bank):
     """One unknown constant is no noise: no mean of many samples wears it off."""
     given_ = flown(bank, load=1.0)
@@ -288,10 +310,8 @@ def test_how_well_a_parameter_is_known_widens_what_may_last_and_not_the_noise(ba
         for i, g in enumerate(bank.generators)
         if bank.system.equations[g.residual].name == "balanced"
     )
-    gain, zero = (fitted.system.parameters[name].std for name in ("gain", "zero"))
-    # under a load of 1 both move the residual by as much
-    assert unsure.unsure[row] == pytest.approx(np.hypot(gain, zero))
-    assert unsure.lasting[row] == pytest.approx(0.01 + 2 * np.hypot(gain, zero))
+    assert unsure.lasting[row] == pytest.approx(0.01 + 2 * unsure.unsure[row])
+    assert (unsure.lasting[row] > certain.lasting[row]).all()
     assert certain.lasting[row] == pytest.approx(0.01)
     recipe = load_policy("default").decision
     assert learn(unsure, recipe).tolerance[row] == pytest.approx(unsure.lasting[row])

@@ -33,6 +33,7 @@ def test_px4_sends_errors_as_actual_minus_demanded():
             alt_error=("m", -12.0),
             aspd_error=("m/s", -3.0),
             nav_roll=("rad", 0.2),
+            nav_pitch=("rad", 0.1),
             wp_dist=("m", 40.0),
         )
     )
@@ -41,6 +42,22 @@ def test_px4_sends_errors_as_actual_minus_demanded():
     assert told.si("aspd_error").tolist() == [3.0] * 4
     assert told.si("nav_roll") == pytest.approx(0.2)
     assert told.si("wp_dist").tolist() == [40.0] * 4  # what is alike stays
+
+
+def test_px4_sends_the_height_from_1_14_on_as_demanded_minus_actual():
+    """It then sends no attitude, and the airspeed as before."""
+    own = by_key(
+        message(
+            "NAV_CONTROLLER_OUTPUT",
+            alt_error=("m", 12.0),
+            aspd_error=("m/s", -3.0),
+            nav_roll=("rad", 0.0),
+            nav_pitch=("rad", 0.0),
+        )
+    )
+    told = as_ardupilot(own, "plane")["NAV_CONTROLLER_OUTPUT"]
+    assert told.si("alt_error").tolist() == [12.0] * 4
+    assert told.si("aspd_error").tolist() == [3.0] * 4
 
 
 def test_px4_demands_of_attitude_come_from_the_quaternion():

@@ -33,7 +33,8 @@ def log(*messages):
     [
         ("ardupilot", {}, OWN),
         ("ardupilot", {"SERVO1_FUNCTION": 21, "SERVO3_FUNCTION": 4}, [(1, "rudder"), SECOND]),
-        ("ardupilot", {"SERVO1_FUNCTION": 77, "SERVO2_FUNCTION": 78}, []),  # elevons
+        ("ardupilot", {"SERVO1_FUNCTION": 77, "SERVO2_FUNCTION": 78},
+         [(1, "elevon_left"), (2, "elevon_right")]),
         ("ardupilot", {"ELEVON_OUTPUT": 1}, []),
         ("ardupilot", {"RCMAP_ROLL": 2, "RCMAP_PITCH": 3, "RC5_FUNCTION": 0, "RC6_FUNCTION": 0},
          [(2, "aileron"), (3, "elevator"), (4, "rudder")]),
@@ -43,6 +44,41 @@ def log(*messages):
 )  # fmt: skip
 def test_parameters_say_what_an_output_drives(autopilot, parameters, drives):
     assert drives_of(parameters, autopilot) == drives
+
+
+AILERON, OTHER = 0.3 * np.sin(T), 0.2 * np.sin(0.37 * T)
+
+
+@pytest.mark.parametrize(
+    ("functions", "left", "right", "names"),
+    [
+        ((77, 78), OTHER - AILERON, OTHER + AILERON, ("aileron", "elevator")),
+        ((79, 80), OTHER + AILERON, OTHER - AILERON, ("rudder", "elevator")),
+        ((24, 25), AILERON + OTHER / 9, AILERON - OTHER / 9, ("aileron", None)),  # to 4.4
+        ((24, 25), -AILERON - OTHER / 9, AILERON - OTHER / 9, ("aileron", None)),
+    ],
+)
+def test_what_was_mixed_into_two_surfaces_is_told_apart(functions, left, right, names):
+    """As ArduPilot mixes, with one servo reversed, and another throw and trim."""
+    parameters = {f"SERVO{n}_FUNCTION": float(f) for n, f in zip((1, 2), functions, strict=True)}
+    parameters |= {"SERVO2_REVERSED": 1.0, "SERVO2_MIN": 1000, "SERVO2_MAX": 1800}
+    parameters |= {"SERVO2_TRIM": 1420}
+    outputs = message(
+        "SERVO_OUTPUT_RAW", "us", servo1_raw=1500 + 400 * left, servo2_raw=1420 - 400 * right
+    )
+    made = with_outputs(log(outputs), parameters, "ardupilot", "plane")["OUTPUTS"]
+    first, second = names
+    assert set(made.columns) == {name for name in names if name}
+    assert np.abs(made.si(first)) == pytest.approx(np.abs(AILERON), abs=1e-9)
+    if second:
+        assert made.si(second) == pytest.approx(OTHER, abs=1e-9)
+
+
+def test_one_side_alone_tells_nothing():
+    outputs = message("SERVO_OUTPUT_RAW", "us", servo1_raw=1500 + 400 * AILERON)
+    assert "OUTPUTS" not in with_outputs(
+        log(outputs), {"SERVO1_FUNCTION": 77}, "ardupilot", "plane"
+    )
 
 
 @pytest.mark.parametrize("engine", [3, 4])

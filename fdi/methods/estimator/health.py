@@ -38,6 +38,7 @@ from fdi.methods.estimator.spans import Span
 from fdi.methods.estimator.tree import Node, cut
 from fdi.methods.estimator.unhealthy import unhealthy_tree
 from fdi.methods.estimator.validity import validity_tree
+from fdi.shown import Shown
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
 
@@ -53,7 +54,7 @@ POSITION: Final = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EstimatorHealth:
+class EstimatorHealth(Shown):
     """What a log says of its estimator's health.
 
     Attributes

@@ -23,6 +23,7 @@ from fdi.methods.voting.replay import Replay
 from fdi.methods.voting.rules import Ints
 from fdi.methods.voting.settings import Settings, microseconds
 from fdi.methods.voting.views import Witness
+from fdi.shown import Shown
 
 THESIS: Final[Mapping[str, tuple[float, float]]] = MappingProxyType(
     {"GPS": (6.0, 10.0), "magnetometer": (43.0, 46.0), "communication": (4.0, 7.0)}
@@ -63,7 +64,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Reaction:
+class Reaction(Shown):
     """One autopilot is voted out.
 
     Attributes

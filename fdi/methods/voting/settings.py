@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final, Literal, NamedTuple
 
 from fdi.errors import UsageError
+from fdi.shown import Shown
 
 SHORTEST_CYCLE_S: Final = 0.001
 """The simulator's clock steps 4 ms; a shorter cycle than a millisecond is a slip of the pen."""
@@ -51,7 +52,7 @@ def microseconds(seconds: float) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(Shown):
     """Parameters of the voter.
 
     Attributes

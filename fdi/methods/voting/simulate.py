@@ -31,6 +31,7 @@ from fdi.errors import UsageError
 from fdi.methods.voting.rules import Bools, Floats, Inputs, Ints, begin, step
 from fdi.methods.voting.selection import FOREVER, Selection, select
 from fdi.methods.voting.settings import Settings, microseconds
+from fdi.shown import Shown
 
 Kind = Literal["faulty", "mute", "dead", "stuck", "lying"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
@@ -51,7 +52,7 @@ class Failure(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Scenario:
+class Scenario(Shown):
     """What happens in a run.
 
     Attributes
@@ -109,7 +110,7 @@ class Share(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Shown):
     """What came of many runs.
 
     Attributes

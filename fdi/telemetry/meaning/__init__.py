@@ -5,6 +5,7 @@ values.py    what a source says at the records of another message
 silence.py   what MAVLink sends of a sensor that says nothing
 sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
+mixed.py     what surfaces are asked for that do the work of two
 motors.py    which motor every output of a multicopter drives
 """
 

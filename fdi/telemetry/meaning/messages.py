@@ -87,7 +87,8 @@ def as_ardupilot(own: Messages, vehicle: str) -> dict[str, Message]:
     """Return a PX4 telemetry log's messages with those that say what ArduPilot's say.
 
     Both autopilots speak MAVLink and do not mean the same: PX4 sends its inertial sensors in
-    HIGHRES_IMU, and errors as actual minus demanded where ArduPilot sends demanded minus actual.
+    HIGHRES_IMU, and errors as actual minus demanded where ArduPilot sends demanded minus actual
+    (the height since 1.14 as ArduPilot does).
 
     Parameters
     ----------

@@ -3,12 +3,14 @@
 In: a log's messages and parameters. Out: the message ``OUTPUTS``, the outputs under the name of the
 surface that they drive (``aileron``, ``aileron_2``, ``aileron_3``, ``elevator``, ``rudder``), as a
 share of their throw from the middle. A model that reads it needs to know neither the wiring nor the
-autopilot. What the log does not tell is left out, and what mixes two functions (elevons, V-tails).
+autopilot. Elevons, V-tails and flaperons are told as what was mixed into them (`mixed`). What the
+log does not tell is left out.
 
 =======================  ===========================================================================
 autopilot                which output drives what
 =======================  ===========================================================================
-ArduPilot from 3.8 on    ``SERVOn_FUNCTION``: 4 aileron, 19 elevator, 21 rudder
+ArduPilot from 3.8 on    ``SERVOn_FUNCTION``: 4 aileron, 19 elevator, 21 rudder, 24 and 25
+                         flaperons, 77 and 78 elevons, 79 and 80 V-tail, each left and right
 ArduPilot before         ``RCMAP_ROLL``, ``_PITCH``, ``_YAW``, and ``RC5_FUNCTION`` on; unless
                          ``ELEVON_OUTPUT`` or ``VTAIL_OUTPUT`` mixes them
 neither in the log       ArduPilot's own: 1, 2, 4, and what moves on 5 and 6 counts as ailerons
@@ -32,16 +34,21 @@ from typing import Final
 
 import numpy as np
 
+from fdi.telemetry.meaning.mixed import MIXED, share_of, unmixed
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 
 NAME: Final = "OUTPUTS"
 _SERVOS: Final = "SERVO_OUTPUT_RAW"
-_ARDUPILOT: Final = {4.0: "aileron", 19.0: "elevator", 21.0: "rudder"}
+_ARDUPILOT: Final = {4.0: "aileron", 19.0: "elevator", 21.0: "rudder", 24.0: "flaperon_left",
+                     25.0: "flaperon_right", 77.0: "elevon_left", 78.0: "elevon_right",
+                     79.0: "vtail_left", 80.0: "vtail_right"}  # fmt: skip
 _MAPPED: Final = (("RCMAP_ROLL", 1, "aileron"), ("RCMAP_PITCH", 2, "elevator"),
                   ("RCMAP_YAW", 4, "rudder"))  # fmt: skip
 _MIXED: Final = ("ELEVON_OUTPUT", "VTAIL_OUTPUT")
-_PX4_TYPES: Final = {1: "aileron", 2: "aileron", 15: "aileron", 3: "elevator", 4: "rudder"}
+_PX4_TYPES: Final = {1: "aileron", 2: "aileron", 15: "aileron", 3: "elevator", 4: "rudder",
+                     5: "elevon_left", 6: "elevon_right", 7: "vtail_left",
+                     8: "vtail_right"}  # fmt: skip
 _PX4_NAMES: Final = ("PWM_MAIN_FUNC", "HIL_ACT_FUNC")
 _PX4_SERVO: Final = 200  # Servo1 is 201
 _FLYING_WINGS: Final = (3000, 4000)
@@ -78,12 +85,16 @@ def with_outputs(
     types = [(n, parameters.get(f"CA_SV_CS{n - 1}_TYPE")) for n in range(1, 9)]
     if servos is not None and autopilot == "px4" and any(kind for _, kind in types):
         drives = [(n, _PX4_TYPES[int(kind)]) for n, kind in types if kind in _PX4_TYPES]
-        made = _of(servos, "control[{}]", [(n - 1, what) for n, what in drives], None)
+        made = _of(servos, "control[{}]", [(n - 1, what) for n, what in drives], {})
     elif _SERVOS in known:
         drives = drives_of(parameters, autopilot) or _by_throttle(known, parameters, autopilot)
         throw = _THROW_US.get(autopilot, _THROW_US["ardupilot"])
-        share = Conversion("", 1 / throw, -1500 / throw)
-        made = _of(known[_SERVOS], "servo{}_raw", drives, share)
+        own = Conversion("", 1 / throw, -1500 / throw)
+        shares = {
+            n: share_of(parameters, autopilot, n, throw) if what in MIXED else own
+            for n, what in drives
+        }
+        made = _of(known[_SERVOS], "servo{}_raw", drives, shares)
     else:
         return known
     return dict(sorted({**known, NAME: made}.items())) if made.columns else known
@@ -97,7 +108,7 @@ def drives_of(parameters: Parameters, autopilot: str) -> list[tuple[int, str]]:
     >>> drives_of({"PWM_MAIN_FUNC3": 203, "CA_SV_CS2_TYPE": 4}, "px4")
     [(3, 'rudder')]
     >>> drives_of({"SERVO1_FUNCTION": 4, "SERVO2_FUNCTION": 77}, "ardupilot")
-    [(1, 'aileron')]
+    [(1, 'aileron'), (2, 'elevon_left')]
     """
     outputs = range(1, _OUTPUTS + 1)
     if autopilot == "px4":
@@ -148,18 +159,34 @@ def _engine(servos: Message, hud: Message | None) -> int | None:
 
 
 def _of(
-    base: Message, field: str, drives: Iterable[tuple[int, str]], share: Conversion | None
+    base: Message,
+    field: str,
+    drives: Iterable[tuple[int, str]],
+    shares: Mapping[int, Conversion],
 ) -> Message:
     """Return the outputs of a message under the names of what they drive."""
     columns: dict[str, Column] = {}
+    sides: dict[str, Column] = {}
     for output, what in drives:
-        name = what
-        if what == "aileron":
-            count = sum(known.startswith(what) for known in columns)
-            name = what if not count else f"{what}_{count + 1}"
         column = base.columns.get(field.format(output))
-        if column is None or name in columns or name == f"aileron_{_AILERONS + 1}":
+        if column is None:
             continue
-        columns[name] = column if share is None else column._replace(conversion=share)
+        if output in shares:
+            column = column._replace(conversion=shares[output])
+        if what in MIXED:
+            sides.setdefault(what, column)
+        else:
+            _put(columns, what, column)
+    for what, column in unmixed(base, sides):
+        _put(columns, what, column)
     told = base.made_from or base.key
     return replace(base, name=NAME, instance=None, columns=columns, made_from=told, _cache={})
+
+
+def _put(columns: dict[str, Column], what: str, column: Column) -> None:
+    """Add an output: of several ailerons each under a name of its own, of others the first."""
+    count = sum(known.startswith(what) for known in columns)
+    if not count:
+        columns[what] = column
+    elif what == "aileron" and count < _AILERONS:
+        columns[f"{what}_{count + 1}"] = column

@@ -152,6 +152,15 @@ def _quotient(part: Floats, whole: Floats) -> Floats:
     return made
 
 
+def _height_wanted(error: Floats, roll: Floats, pitch: Floats) -> Floats:
+    """Return demanded minus actual height: what PX4 sends from 1.14 on, and the negative before.
+
+    The same change took the demanded roll and pitch out of the message; they are 0 ever since.
+    """
+    is_new = not (np.any(roll) or np.any(pitch))
+    return error if is_new else -error
+
+
 def _norm(*parts: Floats) -> Floats:
     squares = sum((part * part for part in parts[1:]), parts[0] * parts[0])
     return np.sqrt(squares)
@@ -167,6 +176,7 @@ FUNCTIONS: Final[dict[str, Function]] = {
     "rate": Function(_quotient, ("rad", "s"), "rad/s"),
     "wrap": Function(wrap, ("rad",)),  # to -pi..pi
     "heading": Function(_heading, ("rad",)),  # to 0..2 pi
+    "height_wanted": Function(_height_wanted, ("m", "rad", "rad"), "m"),  # of PX4
 }
 
 

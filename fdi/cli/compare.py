@@ -1,0 +1,81 @@
+"""The command ``fdi compare``: by what does a flight differ from others of the vehicle?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import rich_click as click
+
+from fdi.cli.completion import FILE
+from fdi.cli.options import NO_PROGRESS, SYSTEM, model_option, policy_option
+from fdi.cli.output import answer, complain, progress_bar, show
+from fdi.errors import UsageError
+
+
+@click.command(epilog="Example: fdi compare odd.bin --healthy good_1.bin --healthy good_2.bin")
+@click.argument("logs", metavar="LOG LOG...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--healthy",
+    multiple=True,
+    type=FILE,
+    metavar="LOG",
+    help="This one makes the band, whether or not it is among LOG; repeatable. By default those in "
+    "which nobody is accused.",
+)
+@model_option()
+@policy_option()
+@SYSTEM
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@click.option(
+    "--figure",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Draw the tests that differ most, as svg, pdf or png.",
+)
+@NO_PROGRESS
+def compare(
+    logs: Sequence[str],
+    healthy: Sequence[str],
+    model: str,
+    policy: str,
+    system: int | None,
+    as_json: bool,
+    figure: Path | None,
+    no_progress: bool,
+) -> int:
+    """Set the same tests of several flights beside each other, aligned at take-off.
+
+    The healthy flights make a band; told are the tests by which a flight leaves it furthest, the
+    parameters that differ between the logs, and what the model identified with each. A log may
+    hold several flights.
+    """
+    from fdi.report.paper import DPI, picture_kind
+
+    kind = picture_kind(figure) if figure is not None else ""
+    paths = list(dict.fromkeys((*logs, *healthy)))
+    if len(paths) < 2 and len(logs) + len(healthy) > 1:
+        raise UsageError("is named twice, and there is no other log", where=paths[0])
+    from fdi.analysis import analyze
+    from fdi.comparison import compare as run
+    from fdi.report import json_text, write_file
+    from fdi.report.compared import comparison_document, comparison_summary
+    from fdi.report.style import image
+
+    analyses = []
+    with progress_bar(not no_progress) as progress:
+        for number, path in enumerate(paths):
+            if progress:
+                progress(Path(path).name[:10], number / len(paths))
+            analyses.append(analyze(path, model=model, policy=policy, system=system))
+        chosen = [path in healthy for path in paths] if healthy else None
+        found = run(analyses, healthy=chosen)
+    if figure is not None:
+        write_file(figure, image(found.plot(), kind, dpi=DPI))
+    if as_json:
+        for line in found.notes:
+            complain(f"fdi: warning: {line}")
+        answer(json_text(comparison_document(found)))
+    else:
+        show(comparison_summary(found))
+    return 0

@@ -1,0 +1,180 @@
+"""What does the observer say of a flight? The value of the whole method.
+
+In: a log. Out: `Observation`. One flight is looked at, by default the last one that flew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.errors import LogError, UsageError
+from fdi.methods.observer.fitted import HOVER_S, calm_mask, fitted, inputs_of
+from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
+from fdi.methods.observer.motor import WeakMotor, weak_motors
+from fdi.methods.observer.observer import Observer, Record, begin, design, step
+from fdi.methods.observer.records import FROM, LATE_S, Rows, rows_of
+from fdi.methods.observer.vehicle import REFERENCE_QUADROTOR, Vehicle
+from fdi.telemetry import Log
+from fdi.telemetry.airtime import SETTLING_S, in_air
+from fdi.telemetry.message import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What an observer says of a flight.
+
+    Attributes
+    ----------
+    observer : Observer
+        With the vehicle as the flight told it.
+    rows : Rows
+        Of the flight.
+    u : (4, n) float
+        Inputs: thrust less weight, N, and torques, N m.
+    flight : int
+        Which of the log's flights, from 0.
+    air : (float, float)
+        s, in the air.
+    calm : (n,) bool
+        The rows that told centres and noise.
+    residuals, doubt, threshold : (13, n) float
+        NaN where unknown.
+    limits : Limits
+    alarms : tuple of Alarm
+    motors : tuple of WeakMotor
+    notes : tuple of str
+        What was taken for granted, a sentence each.
+    """
+
+    observer: Observer
+    rows: Rows
+    u: Floats
+    flight: int
+    air: tuple[float, float]
+    calm: NDArray[np.bool_]
+    residuals: Floats
+    doubt: Floats
+    threshold: Floats
+    limits: Limits
+    alarms: tuple[Alarm, ...]
+    motors: tuple[WeakMotor, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def off(self) -> Floats:
+        """The residuals off their centres, (13, n)."""
+        return self.limits.off(self.residuals)
+
+    def __repr__(self) -> str:
+        named = ", ".join(f"motor_{one.number}" for one in self.motors) or "no motor named"
+        return f"<Observation of flight {self.flight}: {len(self.alarms)} alarms, {named}>"
+
+
+def observe(
+    log: Log,
+    vehicle: Vehicle = REFERENCE_QUADROTOR,
+    *,
+    source: str = "estimator",
+    outputs: Sequence[str] | None = None,
+    gain: str = "poles",
+    flight: int | None = None,
+) -> Observation:
+    """Return what an observer says of a flight.
+
+    Parameters
+    ----------
+    log : Log
+    vehicle : Vehicle
+        The reference's inertias give way to what the flight's turns tell; those of one's own stay.
+    source : str
+        ``estimator`` or ``sensors``.
+    outputs : sequence of str, optional
+        Of those that the source has; by default all of them.
+    gain : str
+        ``poles`` or ``kalman``.
+    flight : int, optional
+        From 0; by default the last one.
+
+    Raises
+    ------
+    LogError
+        The vehicle is no multicopter, or the log lacks what is needed.
+    UsageError
+        The outputs leave states unknown or are not the source's, or there is no such flight.
+    """
+    wanted = FROM[source] if outputs is None else tuple(outputs)
+    absent = [name for name in wanted if name not in FROM[source]]
+    if source != "estimator" and absent:
+        raise UsageError(f"the {source} do not tell {absent[0]}", hint=", ".join(FROM[source]))
+    design(vehicle, wanted, gain)  # what is wrong with the outputs is said before any log is read
+    rows = rows_of(log, source)
+    number, air = _flight(log, flight)
+    inside = (rows.t >= air[0]) & (rows.t <= air[1])
+    rows = Rows(rows.t[inside], rows.y[:, inside], rows.thrust[:, inside], rows.motors, source)
+    calm, is_calm = calm_mask(rows, air) if rows.t.size > 1 else (np.zeros(0, np.bool_), False)
+    if not calm.any():
+        raise LogError(f"knows flight {number + 1} for too short a time to observe", where=log.name)
+    is_own = vehicle is not REFERENCE_QUADROTOR
+    vehicle, axes = fitted(vehicle, rows, calm, air, turns=not is_own)
+    observer = design(vehicle, wanted, gain, late=LATE_S[source])
+    u = inputs_of(vehicle, rows)
+    residuals, doubts = run(observer, rows.t, rows.y, u)
+    limits = learn(rows.t, residuals, calm)
+    off, threshold = limits.off(residuals), limits.threshold(rows.t, doubts)
+    threshold[:, rows.t < air[0] + SETTLING_S] = np.nan
+    alarms = alarms_of(rows.t, off, threshold)
+    return Observation(
+        observer,
+        rows,
+        u,
+        number,
+        air,
+        calm,
+        residuals,
+        doubts,
+        threshold,
+        limits,
+        alarms,
+        weak_motors(alarms, rows.t, off, vehicle, rows.motors),
+        tuple(_notes(axes, is_own=is_own, is_calm=is_calm)),
+    )
+
+
+def run(observer: Observer, t: Floats, y: Floats, u: Floats) -> tuple[Floats, Floats]:
+    """Return residuals and doubts, (13, n) each, of records at t (n,), y (12, n), u (4, n)."""
+    state, found = begin(observer), []
+    for when, measured, commanded in zip(t.tolist(), y.T, u.T, strict=True):
+        state, after = step(state, Record(when, measured, commanded))
+        found.append(after)
+    value, doubt = (np.array(one).T for one in zip(*found, strict=True))
+    return value, doubt
+
+
+def _flight(log: Log, wanted: int | None) -> tuple[int, tuple[float, float]]:
+    flights = log.flights
+    if not flights:
+        raise LogError("shows no flight", where=log.name)
+    number = len(flights) - 1 if wanted is None else wanted
+    if not 0 <= number < len(flights):
+        raise UsageError(f"{log.name} has no flight {number + 1}", hint=f"it has {len(flights)}")
+    return number, in_air(flights[number])
+
+
+def _notes(axes: Sequence[str], *, is_own: bool, is_calm: bool) -> list[str]:
+    found = []
+    if not is_calm:
+        found.append(
+            f"the flight holds no hover of {HOVER_S:.1f} s: centres and noise are those of its "
+            "first seconds"
+        )
+    lacking = [name for name in ("roll", "pitch", "yaw") if name not in axes]
+    if lacking and not is_own:
+        found.append(
+            f"the flight does not tell how fast it turns in {' and '.join(lacking)} by what its "
+            "motors are given: rates' residuals there have the reference quadrotor's scale"
+        )
+    return found

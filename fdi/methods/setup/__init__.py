@@ -1,0 +1,23 @@
+"""Was the vehicle set up wrongly? The physics of one flight says.
+
+Given a log; sought motors that are swapped or turn the wrong way, reversed surfaces, sensors that
+are turned, too little thrust, such that what is told is beyond doubt and a person can check it by
+its numbers. `check_setup` takes a `Log` and gives `Check`s.
+
+- ``values.py``: `Check`
+- ``checks.py``: the table of all checks, `check_setup`
+- ``records.py``: the log's own records, and the stretches that count
+- ``moments.py``: change of body rates against inputs, interval by interval
+- ``arrangements.py``: other ways in which motors may be arranged
+- ``judge.py``: which arrangement the moments speak for
+- ``motors.py``, ``surfaces.py``: multicopters, planes
+- ``rotations.py``: MAVLink's orientations
+- ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
+- ``mounting.py``: accelerometers and gyroscopes
+- ``thrust.py``: thrust to weight, motors at their limits
+"""
+
+from fdi.methods.setup.checks import check_setup
+from fdi.methods.setup.values import VERDICTS, Check
+
+__all__ = ["VERDICTS", "Check", "check_setup"]

@@ -1,0 +1,179 @@
+"""Is a compass turned, mirrored, disturbed by the motors?
+
+In: a log. Out: a `Check` for each compass. The Earth's field does not move: what a compass reads,
+put into earth axes by the attitude, is one vector, which the World Magnetic Model knows where the
+log tells the place. For each of MAVLink's orientations, and for each axis reversed, that vector and
+the compass' own constant field (hard iron, the calibration's leftover) are found by least squares;
+what counts is by what angle the readings then miss the Earth's field.
+
+A copter that turns level sees only a circle of the field: its downward part then is the Earth's
+rather than the vehicle's, which is true of a compass that was calibrated (`_OWN`).
+
+The trap for a maintainer: the heading in a log usually comes from that compass. One that is turned
+about the vertical agrees with it; `heading.py` asks the receiver instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from fdi.methods.setup.records import Series, attitude, series, stretches, within
+from fdi.methods.setup.rotations import Rotation, sensor_rotations, to_earth
+from fdi.methods.setup.values import Check
+from fdi.model.world import world_value
+from fdi.telemetry import Log
+from fdi.telemetry.message import Floats
+
+COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
+_FIELDS: Final = ("xmag", "ymag", "zmag")
+FITS: Final = np.radians(22.5)
+"""Half of the 45 degrees that orientations are apart: a compass off by less is not turned."""
+_WELL: Final = np.radians(10.0)
+"""Another orientation fits: nine in ten compasses that are in order miss by less than 8 degrees."""
+_HALF: Final = 0.5
+"""Another orientation misses the field by less than this share of what the one set does."""
+_APART: Final = np.radians(10.0)
+"""By how much better the best orientation fits than all that are told from it."""
+_SHOWS: Final = np.radians(5.0)
+"""By how much worse every other orientation fits where the one set is in order."""
+_MOST_OWN: Final = 0.3
+"""More than this share of the Earth's field is no calibrated compass' own."""
+_OWN: Final = 0.1
+"""A calibrated compass' own field against the Earth's; enters where nothing shows it."""
+_NOISE: Final = 0.05
+_FEW: Final = 30
+_LEAST_T: Final = 1e-5  # a compass that reads less than half of the weakest field reads nothing
+
+
+class Fit(NamedTuple):
+    """An orientation, and by what angle, rad, readings miss the Earth's field with it."""
+
+    rotation: Rotation
+    miss: float
+
+
+def check_compasses(log: Log) -> Iterator[Check]:
+    """Yield for each compass of a log whether it is turned."""
+    known, model = attitude(log), earth_field(log)
+    found = {
+        n: s for n, key in enumerate(COMPASSES, 1) if (s := compass_readings(log, key)) is not None
+    }
+    if not found:
+        yield Check("compass", "not known", "the log holds no readings of a compass")
+    for number, readings in found.items():
+        name = f"compass {number}"
+        if known is None:
+            yield Check(name, "not known", "the log holds no attitude")
+        elif model is None:
+            yield Check(name, "not known", "the log tells no place, and so not where north is")
+        else:
+            turn, field = in_flight(log, readings, known)
+            yield _one(name, turn.values, field, model)
+
+
+def earth_field(log: Log) -> Floats | None:
+    """Return the Earth's field at the place of the flight, (3,) T, north, east, down; or None."""
+    parts = ("magnetic_declination", "magnetic_inclination", "magnetic_strength")
+    told = [world_value(part, log) for part in parts]
+    if any(one is None for one in told):
+        return None
+    declination, inclination, strength = (float(one or 0.0) for one in told)
+    flat = np.cos(inclination)
+    east = np.array([np.cos(declination) * flat, np.sin(declination) * flat, np.sin(inclination)])
+    return np.asarray(strength * east)
+
+
+def compass_readings(log: Log, key: str) -> Series | None:
+    """Return what a compass reads, (3, n) T; None for one that is not there or says nothing."""
+    found = series(log, key, _FIELDS)
+    return found if found is not None and np.any(np.ptp(found.values, axis=1)) else None
+
+
+def in_flight(
+    log: Log, readings: Series, known: Series, start: float = -np.inf, end: float = np.inf
+) -> tuple[Series, Floats]:
+    """Return attitudes (n, 3, 3), earth axes to body axes, and readings (n, 3), T, in flight."""
+    inside = within(readings.t, stretches(log))
+    inside &= (readings.t >= max(known.t[0], start)) & (readings.t <= min(known.t[-1], end))
+    t = readings.t[inside]
+    angles = (np.interp(t, known.t, np.unwrap(row)) for row in known.values)
+    return Series(t, np.transpose(to_earth(*angles), (0, 2, 1))), readings.values[:, inside].T
+
+
+def _one(name: str, turn: Floats, field: Floats, model: Floats) -> Check:
+    if len(field) < _FEW:
+        return Check(name, "not known", "the log holds too few readings in flight")
+    strength = float(np.median(np.linalg.norm(field, axis=1)))
+    if strength < _LEAST_T:
+        return Check(name, "not known", f"it reads {strength * 1e7:.0f} mgauss, which is no field")
+    ways = (*sensor_rotations(), *_reversed())
+    fits = sorted((_fit(turn, field, model, way) for way in ways), key=lambda fit: fit.miss)
+    told = next(fit for fit in fits if fit.rotation.name == "NONE")
+    best = fits[0]
+    far = (fit for fit in fits if _is_told_apart(fit.rotation, best.rotation))
+    rival = next(far, best)
+    off, with_best, with_next = (float(np.degrees(fit.miss)) for fit in (told, best, rival))
+    numbers = {
+        "miss_as_set_deg": off,
+        "miss_best_deg": with_best,
+        "miss_next_deg": with_next,
+        "field_mgauss": strength * 1e7,
+    }
+    as_set = f"readings are {off:.0f} degrees off the Earth's field"
+    if told.miss < FITS:
+        far = (fit for fit in fits if _is_told_apart(fit.rotation, told.rotation))
+        return _fits_as_set(name, as_set, told, next(far), numbers)
+    how = best.rotation.name
+    if best.miss < min(_HALF * told.miss, _WELL) and rival.miss - best.miss > _APART:
+        better = f"{as_set}, and {with_best:.0f} with {how} beside the orientation set"
+        return Check(name, "wrong", f"it is turned: {better}", numbers)
+    open_to = f"with {how} {with_best:.0f}, with {rival.rotation.name} {with_next:.0f}"
+    text = f"{as_set}, and no one orientation stands out ({open_to}): the attitude may be wrong"
+    return Check(name, "not known", text, numbers)
+
+
+def _fits_as_set(name: str, as_set: str, told: Fit, rival: Fit, numbers: dict[str, float]) -> Check:
+    """Return in order only where the readings would have shown another orientation."""
+    numbers["miss_next_deg"] = float(np.degrees(rival.miss))
+    if rival.miss - told.miss > _SHOWS:
+        return Check(name, "in order", as_set, numbers)
+    also = f"{rival.rotation.name} would fit with {np.degrees(rival.miss):.0f}"
+    return Check(name, "not known", f"{as_set}, but {also}: the vehicle turns too little", numbers)
+
+
+def _reversed() -> tuple[Rotation, ...]:
+    """Return what no mounting makes, but a wrong driver or scale does: one axis reversed."""
+    return tuple(
+        Rotation(f"the {axis} axis reversed", np.diag(np.where(np.arange(3) == i, -1.0, 1.0)))
+        for i, axis in enumerate("xyz")
+    )
+
+
+def _is_told_apart(one: Rotation, other: Rotation) -> bool:
+    """Return whether some reading is put by more than 30 degrees elsewhere by the other one."""
+    return bool(np.linalg.norm(one.matrix - other.matrix, 2) > 2 * np.sin(np.radians(15.0)))
+
+
+def _fit(turn: Floats, field: Floats, model: Floats, rotation: Rotation) -> Fit:
+    """Return by what angle readings, put into another orientation, miss the Earth's field.
+
+    body = turn @ earth + own, by least squares; own is held small where nothing shows it.
+    """
+    body = field @ rotation.matrix.T
+    count = len(body)
+    crossed = turn.sum(axis=0)
+    held = (count + (_NOISE / _OWN) ** 2 * count) * np.eye(3)
+    left = np.block([[count * np.eye(3), crossed.T], [crossed, held]])
+    right = np.concatenate([np.einsum("nij,ni->j", turn, body), body.sum(axis=0)])
+    own = np.linalg.lstsq(left, right, rcond=None)[0][3:]
+    own *= min(
+        1.0, _MOST_OWN * float(np.linalg.norm(model)) / max(float(np.linalg.norm(own)), 1e-12)
+    )
+    seen, expected = body - own, turn @ model
+    sizes = np.linalg.norm(seen, axis=1) * np.linalg.norm(expected, axis=1)
+    cosine = (seen * expected).sum(axis=1) / np.maximum(sizes, np.finfo(float).tiny)
+    miss = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return Fit(rotation, float(np.sqrt(np.mean(miss**2))))

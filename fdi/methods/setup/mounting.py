@@ -1,0 +1,142 @@
+"""Does the autopilot's board lie as its parameters say?
+
+In: a log. Out: a `Check` for accelerometers and one for gyroscopes. At rest, and over a flight in
+the mean, what holds a vehicle up points out of its top: the accelerometers read 1 g along body -z.
+What the gyroscopes read is the rate at which the attitude turns.
+
+A board that is turned about the vertical alone shows in neither: that is for the motors' moments
+(``motors.py``) and for the heading.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import permutations, product
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.setup.records import Series, attitude, series, stretches, within
+from fdi.methods.setup.values import Check, Verdict
+from fdi.telemetry import Log
+from fdi.telemetry.message import Floats
+
+_G: Final = 9.80665
+TURNED: Final = np.radians(45.0)
+FITS: Final = np.radians(22.5)
+_STILL: Final = 0.05  # rad/s
+_WHOLE: Final = 0.2  # share of g by which what is read at rest may differ from g
+_FEW: Final = 20
+_EXPLAINS: Final = 0.7
+_LITTLE: Final = 0.2
+_STIRRED: Final = 0.05  # rad/s, on two axes at least
+_SLOWEST_S: Final = 0.25
+_UNITS: Final = (("RAW_IMU", 1), ("SCALED_IMU2", 2), ("SCALED_IMU3", 3))
+
+
+def check_mounting(log: Log) -> Iterator[Check]:
+    """Yield whether accelerometers and gyroscopes lie in the vehicle as set."""
+    for key, number in _UNITS:
+        force = series(log, key, ("xacc", "yacc", "zacc"))
+        if force is not None:
+            yield _upright(f"accelerometer {number}", log, force)
+    turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"))
+    known = attitude(log)
+    if turned is not None and known is not None:
+        yield _turning(log, turned, known)
+
+
+def _upright(name: str, log: Log, force: Series) -> Check:
+    inside = within(force.t, stretches(log))
+    flies = any(not part.is_start for part in stretches(log))
+    if flies and inside.sum() >= _FEW:
+        mean, where = force.values[:, inside].mean(axis=1), "in flight"
+    else:
+        still = _at_rest(log, force)
+        if still.sum() < _FEW:
+            return Check(name, "not known", "neither a flight nor a rest is long enough")
+        mean, where = np.median(force.values[:, still], axis=1), "at rest"
+    size = float(np.linalg.norm(mean))
+    if size < _G / 2:
+        return Check(name, "not known", f"it reads {size:.1f} m/s2 {where}, which is no weight")
+    off = float(np.arccos(np.clip(-mean[2] / size, -1.0, 1.0)))
+    numbers = {"off_deg": float(np.degrees(off)), "force_m_s2": size}
+    words = f"{where} what holds the vehicle up points {np.degrees(off):.0f} degrees off its top"
+    verdict: Verdict = "wrong" if off > TURNED else "in order" if off < FITS else "not known"
+    return Check(name, verdict, words, numbers)
+
+
+def _at_rest(log: Log, force: Series) -> np.ndarray:
+    size = np.linalg.norm(force.values, axis=0)
+    still = np.abs(size / _G - 1) < _WHOLE
+    rates = series(log, "ATTITUDE", ("rollspeed", "pitchspeed", "yawspeed"))
+    if rates is not None:
+        turning = np.interp(force.t, rates.t, np.abs(rates.values).max(axis=0))
+        still &= turning < _STILL
+    first = min((part.start for part in stretches(log) if not part.is_start), default=np.inf)
+    return np.asarray(still & (force.t < first))
+
+
+def _turning(log: Log, turned: Series, known: Series) -> Check:
+    """Return whether the gyroscopes read the rate of the attitude."""
+    name = "gyroscopes"
+    if max(turned.period, known.period) > _SLOWEST_S:
+        slowest = max(turned.period, known.period)
+        return Check(name, "not known", f"records are {slowest:.2f} s apart, too far to compare")
+    rate, read = _rates(log, turned, known)
+    size = (rate**2).mean(axis=1) if rate.size else np.zeros(3)
+    stirred = size > _STIRRED**2
+    if rate.shape[1] < _FEW or stirred.sum() < 2:
+        return Check(name, "not known", "the vehicle turns too little")
+
+    def explained(turn: Floats) -> float:
+        left = ((rate - turn @ read) ** 2).mean(axis=1)
+        return float(1 - (left[stirred] / size[stirred]).mean())
+
+    told, best = explained(np.eye(3)), max(map(explained, _quarter_turns()))
+    numbers = {"explained_as_set": told, "explained_best": best}
+    words = f"they explain {100 * max(told, 0.0):.0f} % of how the attitude turns"
+    if told > _EXPLAINS:
+        return Check(name, "in order", words, numbers)
+    if told < _LITTLE and best > _EXPLAINS:
+        return Check(
+            name, "wrong", f"{words}, and {100 * best:.0f} % if their axes are turned", numbers
+        )
+    return Check(name, "not known", words, numbers)
+
+
+def _rates(log: Log, turned: Series, known: Series) -> tuple[Floats, Floats]:
+    """Return rates by the attitude's change and as read, (3, n) rad/s, over pairs of records."""
+    roll, pitch, yaw = (np.unwrap(row) for row in known.values)
+    t, length = known.t, np.diff(known.t)
+    droll, dpitch, dyaw = (np.diff(a) / length for a in (roll, pitch, yaw))
+    roll, pitch = (roll[1:] + roll[:-1]) / 2, (pitch[1:] + pitch[:-1]) / 2
+    rate = np.array(
+        [
+            droll - dyaw * np.sin(pitch),
+            dpitch * np.cos(roll) + dyaw * np.cos(pitch) * np.sin(roll),
+            -dpitch * np.sin(roll) + dyaw * np.cos(pitch) * np.cos(roll),
+        ]
+    )
+    total = np.concatenate(
+        [
+            np.zeros((3, 1)),
+            np.cumsum(
+                (turned.values[:, 1:] + turned.values[:, :-1]) / 2 * np.diff(turned.t), axis=1
+            ),
+        ],
+        axis=1,
+    )
+    read = np.diff([np.interp(t, turned.t, row) for row in total], axis=1) / length
+    inside = within(t[:-1], stretches(log)) & (length < 2.5 * known.period)
+    inside &= (t[:-1] >= turned.t[0]) & (t[1:] <= turned.t[-1])
+    return rate[:, inside], read[:, inside]
+
+
+def _quarter_turns() -> Iterator[Floats]:
+    """Yield the 24 ways to turn a cube."""
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        turn = np.zeros((3, 3))
+        turn[range(3), order] = signs
+        if np.linalg.det(turn) > 0:
+            yield turn

@@ -1,0 +1,37 @@
+"""What does ``fdi check --json`` say?
+
+In: a log and its `Check`s. Out: plain values: the log, and for each check its name, verdict,
+sentence and numbers. Numbers are finite or null. The JSON Schema is ``check.schema.json`` beside
+this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from fdi import __version__
+from fdi.methods.setup import Check
+from fdi.report.json_text import number
+from fdi.report.log_document import log_facts
+from fdi.telemetry import Log
+
+SCHEMA_VERSION: Final = 1
+
+
+def check_document(log: Log, checks: Sequence[Check]) -> dict[str, Any]:
+    """Return a checked set-up as plain values."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "tool": {"name": "uav-fdi", "version": __version__},
+        "log": log_facts(log),
+        "checks": [
+            {
+                "name": check.name,
+                "verdict": check.verdict,
+                "text": check.text,
+                "numbers": {name: number(value) for name, value in check.numbers.items()},
+            }
+            for check in checks
+        ],
+    }

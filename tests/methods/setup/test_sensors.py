@@ -1,0 +1,153 @@
+"""Compasses, heading, accelerometers, gyroscopes: turned as told, and found so."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
+from scipy.spatial.transform import Rotation
+
+from fdi.methods.setup import Check, check_setup
+from fdi.methods.setup.rotations import sensor_rotations, to_earth
+from fdi.telemetry import read
+
+from .sensors import Ride, write
+
+FLAT = Rotation.from_euler("ZYX", [0, 0, 180], degrees=True).as_matrix()
+QUARTER = Rotation.from_euler("ZYX", [90, 0, 0], degrees=True).as_matrix()
+TIPPED = Rotation.from_euler("ZYX", [0, 90, 0], degrees=True).as_matrix()
+
+
+def checks(tmp_path: Path, **how: object) -> dict[str, Check]:
+    found = check_setup(read(write(tmp_path / "ride.tlog", Ride(**how))))
+    return {check.name: check for check in found}
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Check]:
+    return checks(tmp_path_factory.mktemp("healthy"), told={"COMPASS_OFS_X": 100.0,
+                  "COMPASS_OFS_Y": 0.0, "COMPASS_OFS_Z": 0.0})  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["compass 1", "heading", "accelerometer 1", "gyroscopes",
+                                  "offsets of compass 1", "interference at compass 1"])  # fmt: skip
+def test_what_is_set_up_well_is_in_order(healthy: dict[str, Check], name: str) -> None:
+    assert healthy[name].verdict == "in order", healthy[name].text
+
+
+def test_nothing_is_wrong_with_a_healthy_vehicle(healthy: dict[str, Check]) -> None:
+    assert [check for check in healthy.values() if check.verdict == "wrong"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "matrix"),
+    [("YAW_90", QUARTER), ("ROLL_180", FLAT), ("PITCH_90", TIPPED)],
+)
+def test_a_turned_compass_is_named_by_its_orientation(
+    tmp_path: Path, name: str, matrix: np.ndarray
+) -> None:
+    check = checks(tmp_path, compass=matrix)["compass 1"]
+    assert check.verdict == "wrong"
+    assert f"with {name} beside" in check.text
+    assert check.numbers["miss_best_deg"] < 3 < 30 < check.numbers["miss_as_set_deg"]
+
+
+def test_a_mirrored_compass_is_named_by_its_axis(tmp_path: Path) -> None:
+    check = checks(tmp_path, compass=np.diag([1.0, -1.0, 1.0]))["compass 1"]
+    assert check.verdict == "wrong"
+    assert "the y axis reversed" in check.text
+
+
+def test_a_turned_compass_is_not_named_where_no_place_is_told(tmp_path: Path) -> None:
+    check = checks(tmp_path, compass=QUARTER, has_place=False)["compass 1"]
+    assert check.verdict == "not known"
+    assert "no place" in check.text
+
+
+def test_one_direction_of_the_field_names_no_orientation(tmp_path: Path) -> None:
+    """A vehicle that keeps its heading sees one direction: many orientations explain it."""
+    assert (
+        checks(tmp_path, compass=QUARTER, turns=False, length=20.0)["compass 1"].verdict
+        != "in order"
+    )
+
+
+@pytest.mark.parametrize("degrees", [-120, 90, 180])
+def test_a_heading_that_is_off_is_found_by_where_the_vehicle_goes(
+    tmp_path: Path, degrees: int
+) -> None:
+    """The heading is so much too large: the vehicle goes so much to the left of where it leans."""
+    check = checks(tmp_path, heading_off=np.radians(degrees))["heading"]
+    assert check.verdict == "wrong"
+    off = (check.numbers["off_deg"] + degrees + 180) % 360 - 180
+    assert abs(off) < 5
+
+
+def test_a_board_upside_down_shows_in_flight(tmp_path: Path) -> None:
+    check = checks(tmp_path, accelerometer=FLAT)["accelerometer 1"]
+    assert check.verdict == "wrong"
+    assert check.numbers["off_deg"] == pytest.approx(180, abs=5)
+
+
+def test_turned_gyroscopes_do_not_explain_the_attitude(tmp_path: Path) -> None:
+    check = checks(tmp_path, gyroscope=QUARTER)["gyroscopes"]
+    assert check.verdict == "wrong"
+    assert check.numbers["explained_best"] > 0.9
+
+
+def test_current_that_moves_the_compass_is_told_by_ampere(tmp_path: Path) -> None:
+    """20 mgauss on each axis make 34.6 per ampere."""
+    check = checks(tmp_path, per_ampere=20.0)["interference at compass 1"]
+    assert check.verdict == "wrong"
+    assert check.numbers["mgauss_per_ampere"] == pytest.approx(20 * 3**0.5, rel=0.05)
+
+
+def test_large_offsets_are_told(tmp_path: Path) -> None:
+    told = {"COMPASS_OFS_X": 1500.0, "COMPASS_OFS_Y": 1200.0, "COMPASS_OFS_Z": 0.0}
+    check = checks(tmp_path, told=told, length=15.0)["offsets of compass 1"]
+    assert check.verdict == "wrong"
+    assert "1921 mgauss" in check.text
+
+
+def test_a_declination_of_another_continent_is_told(tmp_path: Path) -> None:
+    told = {"COMPASS_AUTODEC": 0.0, "COMPASS_DEC": float(np.radians(-20.0))}
+    check = checks(tmp_path, told=told, length=15.0)["declination"]
+    assert check.verdict == "wrong"
+    assert check.numbers["place_deg"] == pytest.approx(3.2, abs=0.5)
+
+
+def test_thrust_to_weight_follows_the_curve(tmp_path: Path) -> None:
+    """Half of the spin range at an expo of 0.65: 0.35 / 2 + 0.65 / 4 of the thrust."""
+    told = {"MOT_PWM_MIN": 1000.0, "MOT_PWM_MAX": 2000.0, "MOT_THST_EXPO": 0.65,
+            "MOT_SPIN_MIN": 0.15, "MOT_SPIN_MAX": 0.95}  # fmt: skip
+    check = checks(tmp_path, told=told, output=1550)["thrust to weight"]
+    assert check.verdict == "in order"
+    assert check.numbers["ratio_least"] == pytest.approx(1 / (0.35 / 2 + 0.65 / 4), rel=1e-3)
+
+
+def test_too_little_thrust_is_told(tmp_path: Path) -> None:
+    told = {"MOT_PWM_MIN": 1000.0, "MOT_PWM_MAX": 2000.0}
+    assert checks(tmp_path, told=told, output=1850)["thrust to weight"].verdict == "wrong"
+    full = checks(tmp_path, told=told, output=1950)
+    assert full["motor limits"].verdict == "wrong"
+
+
+def test_a_rover_gets_no_check_of_motors(tmp_path: Path) -> None:
+    found = checks(tmp_path, kind=mav.MAV_TYPE_GROUND_ROVER)
+    assert "thrust to weight" not in found
+    assert "motors" not in found
+
+
+def test_orientations_are_rotations_and_each_is_there_once() -> None:
+    found = sensor_rotations()
+    assert len(found) >= 38
+    assert np.array_equal(found[0].matrix, np.eye(3))
+    for one in found:
+        assert one.matrix @ one.matrix.T == pytest.approx(np.eye(3), abs=1e-12)
+        assert np.linalg.det(one.matrix) == pytest.approx(1.0)
+
+
+def test_attitudes_are_those_of_scipy() -> None:
+    angles = np.random.default_rng(1).uniform(-3, 3, (50, 3))
+    expected = Rotation.from_euler("ZYX", angles[:, ::-1]).as_matrix()
+    assert to_earth(*angles.T) == pytest.approx(expected, abs=1e-12)

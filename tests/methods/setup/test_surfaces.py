@@ -1,0 +1,94 @@
+"""Surfaces of a plane that is flown by hand: what turns it, and what turns it backwards."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
+from telemetry.build import record
+
+from fdi.methods.setup import Check
+from fdi.methods.setup.surfaces import check_surfaces
+from fdi.telemetry import read
+
+NAMES = ("ailerons", "elevator", "rudder")
+OUTPUTS = (1, 2, 4)
+FUNCTIONS = (4, 19, 21)
+STEP = 0.01
+EFFECT, DAMPING = np.array([25.0, 12.0, 6.0]), np.array([6.0, 4.0, 2.0])
+
+
+def flown(
+    path: Path, linkage: tuple[int, int, int], turned_round: tuple[int, int, int], told: bool = True
+) -> dict[str, Check]:
+    """Fly a minute by hand and check: ``linkage`` is -1 where a surface moves the wrong way."""
+    rng = np.random.default_rng(3)
+    parts = [
+        record(0.0, mav.MAVLink_param_value_message(name.encode(), float(value), 9, 6, i))
+        for i, (name, value) in enumerate(_told(turned_round, told))
+    ]
+    rates, angles, gust = np.zeros(3), np.zeros(3), np.zeros(3)
+    meant = np.zeros(3)
+    for k in range(int(60 / STEP)):
+        t = k * STEP
+        flies = float(np.clip(t - 4, 0, 1))
+        if k % 80 == 0:
+            # a pilot who has got used to it, and so comes home to tell
+            level = -0.4 * angles * linkage * [1, 1, 0]
+            meant = flies * np.clip(rng.uniform(-0.3, 0.3, 3) + level, -1, 1)
+        gust += -gust * STEP / 0.3 + rng.normal(0, 2.0, 3) * STEP**0.5 * flies
+        rates = rates + (EFFECT * meant * linkage - DAMPING * rates + gust) * STEP
+        angles = angles + rates * STEP
+        if k % 10 == 0:
+            outputs = 1500 + 400 * meant * np.where(turned_round, -1, 1)
+            parts += _at(t, angles, rates, outputs, flies)
+    path.write_bytes(b"".join(parts))
+    return {check.name: check for check in check_surfaces(read(path))}
+
+
+def _told(turned_round: tuple[int, int, int], told: bool) -> list[tuple[str, int]]:
+    functions = [(f"SERVO{n}_FUNCTION", f) for n, f in zip(OUTPUTS, FUNCTIONS, strict=True)]
+    turned = [(f"SERVO{n}_REVERSED", r) for n, r in zip(OUTPUTS, turned_round, strict=True)]
+    return functions + (turned if told else [])
+
+
+def _at(t: float, angles, rates, outputs, flies: float) -> list[bytes]:
+    stamp, height, speed = round(1000 * t), 50 * flies, 18 * flies
+    armed = mav.MAV_MODE_FLAG_SAFETY_ARMED | mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    kind, pilot = mav.MAV_TYPE_FIXED_WING, mav.MAV_AUTOPILOT_ARDUPILOTMEGA
+    wrapped = (angles + np.pi) % (2 * np.pi) - np.pi
+    first, second, rudder = (round(float(x)) for x in outputs)
+    pulses = (first, second, 1600, rudder, 0, 0, 0, 0)
+    where = (470000000, 80000000, round(1000 * (400 + height)), round(1000 * height))
+    messages = [
+        mav.MAVLink_heartbeat_message(kind, pilot, armed, 0, 4, 3),
+        mav.MAVLink_attitude_message(stamp, *wrapped, *rates),
+        mav.MAVLink_servo_output_raw_message(1000 * stamp, 0, *pulses),
+        mav.MAVLink_global_position_int_message(stamp, *where, round(100 * speed), 0, 0, 0),
+        mav.MAVLink_vfr_hud_message(speed, speed, 0, 60, 400 + height, 0.0),
+    ]
+    return [record(t, message) for message in messages]
+
+
+def test_surfaces_that_turn_the_plane_as_meant_are_in_order(tmp_path: Path) -> None:
+    found = flown(tmp_path / "plane.tlog", (1, 1, 1), (0, 0, 0))
+    assert [found[name].verdict for name in NAMES] == ["in order"] * 3
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_reversed_surface_is_named_and_no_other(tmp_path: Path, axis: int) -> None:
+    linkage = tuple(-1 if i == axis else 1 for i in range(3))
+    found = flown(tmp_path / "plane.tlog", linkage, (0, 0, 0))
+    assert {name for name in NAMES if found[name].verdict == "wrong"} == {NAMES[axis]}
+    assert "reversed" in found[NAMES[axis]].text
+
+
+def test_a_servo_that_is_turned_round_by_its_parameter_is_in_order(tmp_path: Path) -> None:
+    """The pulse goes the other way, and SERVOn_REVERSED says so."""
+    found = flown(tmp_path / "plane.tlog", (1, 1, 1), (1, 0, 1))
+    assert [found[name].verdict for name in NAMES] == ["in order"] * 3
+
+
+def test_nothing_is_said_where_no_parameter_tells_the_direction(tmp_path: Path) -> None:
+    found = flown(tmp_path / "plane.tlog", (-1, 1, 1), (0, 0, 0), told=False)
+    assert {found[name].verdict for name in NAMES} == {"not known"}

@@ -1,0 +1,137 @@
+"""Figures for a printed page: what they show, that letters fit, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from fdi.diagnosis import Isolability
+from fdi.errors import UsageError
+from fdi.report.paper import DPI, FIGURES, draw
+from fdi.report.paper.column import thinned
+from fdi.report.paper.grid import MOST_ROWS, grid_rows
+from fdi.report.style import image
+
+from .build import NOTHING
+from .test_figures import texts
+
+DRAWN = [what for what in FIGURES if what != "track"]
+
+
+@pytest.mark.parametrize("what", DRAWN)
+def test_a_figure_is_one_column_wide_and_no_letter_leaves_it(analysis, what):
+    figure = analysis.plot(what)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(85.0)
+    figure.canvas.draw()
+    page = figure.bbox
+    for text in figure.findobj(Text):
+        assert text.get_fontsize() >= 5.5
+    tight = figure.get_tightbbox(figure.canvas.get_renderer())
+    assert tight.x0 * figure.dpi >= page.x0 - 2
+    assert tight.x1 * figure.dpi <= page.x1 + 2
+
+
+@pytest.mark.parametrize("what", DRAWN)
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_a_picture_has_the_same_bytes_every_time(analysis, what, kind):
+    first, second = (image(draw(analysis, what), kind, dpi=DPI) for _ in range(2))
+    assert first == second
+
+
+def test_times_have_a_unit_on_their_axis(analysis):
+    for what in ("grid", "channels", "residual", "evidence"):
+        assert "time in the log (s)" in texts(analysis.plot(what))
+
+
+def test_channels_are_labelled_with_their_unit(analysis):
+    shown = texts(analysis.plot("channels", channels=["VFR_HUD.alt", "GPS_RAW_INT.alt"]))
+    assert {"VFR_HUD.alt", "GPS_RAW_INT.alt", "alt (m)"} <= set(shown)
+
+
+def test_a_test_is_found_by_its_id_or_component(analysis):
+    assert any("r5" in text for text in texts(analysis.plot("residual", test="r5")))
+    assert any(text.endswith("(m)") for text in texts(analysis.plot("residual", test="gps")))
+
+
+@pytest.mark.parametrize(
+    ("what", "asked", "said"),
+    [
+        ("pie", {}, "no figure 'pie'"),
+        ("grid", {"channels": ["VFR_HUD.alt"]}, "channels are not what grid shows"),
+        ("grid", {"test": "r1"}, "a test is not what grid shows"),
+        ("residual", {"test": "r999"}, "no test 'r999'"),
+        ("channels", {"channels": ["ATTITUDE.roll"]}, "has no message ATTITUDE"),
+        ("channels", {"channels": ["nonsense"]}, "is no channel"),
+        ("evidence", {"finding": 7}, "no finding 7"),
+        ("grid", {"width_mm": 3.0}, "cannot be drawn"),
+        ("grid", {"width_mm": float("nan")}, "cannot be drawn"),
+        ("track", {}, "holds no position"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_in_one_line(analysis, what, asked, said):
+    with pytest.raises(UsageError, match=said) as caught:
+        analysis.plot(what, **asked)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_healthy_flight_has_a_grid_and_no_evidence(analysis):
+    marks = np.zeros_like(analysis.diagnosis.grid.marks)
+    grid = replace(analysis.diagnosis.grid, marks=marks)
+    healthy = replace(analysis, diagnosis=replace(analysis.diagnosis, **NOTHING, grid=grid))
+    assert "no fault is marked\n(3 of 3 could be tested)" in texts(healthy.plot("grid"))
+    assert healthy.plot("residual")
+    for what in ("evidence", "channels"):
+        with pytest.raises(UsageError, match="accused"):
+            healthy.plot(what)
+
+
+def test_many_marked_faults_are_drawn_by_component(analysis):
+    grid = analysis.diagnosis.grid
+    count = MOST_ROWS + 6
+    marks = np.zeros((count, len(grid.t)), np.int8)
+    marks[:, 5] = 1
+    marks[0, :3], marks[6, :3] = -1, -1
+    names = tuple(f"f{i}" for i in range(count))
+    groups = tuple("sensor" for _ in names)
+    big = replace(
+        grid,
+        faults=names,
+        components=tuple(f"c{i % 6}" for i in range(count)),
+        groups=groups,
+        marks=marks,
+    )
+    rows = grid_rows(big)
+    assert sorted(row.name for row in rows) == [f"c{i}" for i in range(6)]
+    assert all(row.marks[5] == 1 for row in rows)
+    first = next(row for row in rows if row.name == "c0")
+    assert first.marks[0] == 0  # others of its faults are known
+
+
+def test_a_large_isolability_is_drawn_as_groups(analysis):
+    names = tuple(f"f{i}" for i in range(40))
+    matrix = ~np.eye(40, dtype=bool)
+    matrix[0, 1] = matrix[1, 0] = False
+    seen = np.ones(40, bool)
+    seen[39] = False
+    value = Isolability(names, seen, matrix, (("f0", "f1"),))
+    fault = analysis.system.faults[0]
+    big = replace(
+        analysis,
+        diagnosis=replace(analysis.diagnosis, implementable=value),
+        system=replace(analysis.system, faults=tuple(replace(fault, name=name) for name in names)),
+    )
+    shown = texts(big.plot("isolability"))
+    assert {"f0, f1", "37 further faults can be told from every other one", "f39"} <= set(shown)
+    assert "1 fault cannot be detected" in shown
+
+
+def test_a_thinned_curve_keeps_its_peaks_and_gaps():
+    t = np.arange(10_000.0)
+    value = np.sin(t / 500)
+    value[1234], value[7000:7600] = 50.0, np.nan
+    fewer, kept = thinned(t, value, 400)
+    assert len(fewer) <= 700
+    assert np.nanmax(kept) == 50.0
+    assert np.isnan(kept).any()
+    assert np.all(np.diff(fewer) > 0)
