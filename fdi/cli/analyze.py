@@ -96,6 +96,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 @click.option(
     "--format", "formats", metavar="html,json,...", help="Only these files of the report."
 )
+@click.option("--open", "opens", is_flag=True, help="Open report.html in the browser.")
 @click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
 @click.option(
     "--explain",
@@ -123,6 +124,7 @@ def analyze(
     system: int | None,
     out: Path | None,
     formats: str | None,
+    opens: bool,
     as_json: bool,
     explain: str | None,
     check: bool,
@@ -151,6 +153,8 @@ def analyze(
 
     wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
     folder = out if out is not None or prints else Path(f"{Path(logs[0]).stem}.fdi")
+    if opens and (folder is None or "html" not in wanted):
+        raise UsageError("--open needs report.html", hint="name a folder with --out, and html")
     if folder is not None:
         from fdi.report import check_folder
 
@@ -175,7 +179,16 @@ def analyze(
                 progress("report", 0.95)
             found.report(folder, wanted, force=force)
     _tell(found, folder, as_json=as_json, explain=explain, quiet=quiet, verbose=verbose)
+    if opens and folder is not None:
+        _open(folder / "report.html")
     return 1 if check and found.findings else 0
+
+
+def _open(page: Path) -> None:
+    import webbrowser
+
+    if not webbrowser.open(page.resolve().as_uri()):
+        complain(f"fdi: warning: no browser was found: open {page} by hand")
 
 
 def _tell(

@@ -6,9 +6,9 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``folder.py``: a folder of ours, written in place; ``manifest.py``: which files in it are ours
 - ``files.py``: which files it holds, and what is in each
 - ``text.py``: the analysis for a terminal; ``log_text.py``, ``model_text.py``: a log, a model
-- ``html.py`` and ``templates/``: one page to hand over
+- ``html.py`` and ``templates/``: one page to hand over; ``page/``: its plots, drawings and scripts
 - ``explained.py``: what a test did, and why it was judged or not
-- ``figures.py``: fault grid and isolability matrix; ``evidence.py``: the curves behind a finding
+- ``figures.py``: fault grid and isolability matrix, as pictures
 - ``style.py``: what all figures have in common
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
 - ``methods_document.py``: what methods beside the model's tests show, for analysis.json

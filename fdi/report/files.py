@@ -67,7 +67,9 @@ def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, 
         yield "isolability.csv", isolability_csv(analysis).encode()
     if "parquet" in formats:
         yield "residuals.parquet", residuals_parquet(analysis)
-    if not {"png", "svg", "html"} & set(formats):
+    if "html" in formats:
+        yield "report.html", html_report(analysis).encode()
+    if not {"png", "svg"} & set(formats):
         return
     drawn = {
         "fault_grid": fault_grid_figure(analysis),
@@ -78,5 +80,3 @@ def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, 
         if kind in formats:
             for name, picture in pictures.items():
                 yield f"{name}.{kind}", picture.bytes(kind)
-    if "html" in formats:
-        yield "report.html", html_report(analysis, pictures).encode()

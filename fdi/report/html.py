@@ -1,21 +1,25 @@
 """What is in the page that a person hands over?
 
-In: an analysis and its figures. Out: one HTML file that needs nothing else: no script, no font, no
-picture from elsewhere, and a policy that forbids the browser to fetch any. jinja2 escapes every
-value; figures are embedded as images, in which nothing runs.
+In: an analysis. Out: one HTML file that needs nothing else: no font, no picture, no script from
+elsewhere, and a policy that forbids the browser to fetch or run any but those in it
+(`fdi.report.page`). jinja2 escapes every value; what scripts show they set as text.
 """
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Final
 
-from fdi.diagnosis import Finding
+from fdi.diagnosis import Ending, Finding
+from fdi.diagnosis.concerns import concerns
+from fdi.model.naming import component_words
 from fdi.report.analysis_document import analysis_document
-from fdi.report.evidence import evidence_figure
-from fdi.report.style import Picture
+from fdi.report.page.airframe import STATES, states_of
+from fdi.report.page.document import Shown, page_of
+from fdi.report.page.marks import level_of
+from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
+from fdi.report.page.suspects import ending_words, sure_words, suspects
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
@@ -31,6 +35,7 @@ from fdi.report.words import (
     number,
     per_cent,
     plural,
+    share,
     shortened,
     size,
     unit,
@@ -40,23 +45,13 @@ from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
 from fdi.units import customary
 
-MOST_FIGURES: Final = 12
-"""Findings beyond are told without their curves."""
 MOST_EVENTS: Final = 400
-SMALL: Final = 1_500_000
-"""An SVG above this size, bytes, is embedded as PNG."""
 
 
-def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
-    """Return the report as one self-contained HTML page.
-
-    Parameters
-    ----------
-    analysis : Analysis
-    pictures : mapping of str to Picture
-        ``fault_grid`` and ``isolability``.
-    """
+def html_report(analysis: Analysis) -> str:
+    """Return the report as one self-contained HTML page."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
 
     environment = Environment(
         loader=PackageLoader("fdi.report"),
@@ -69,14 +64,26 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
     environment.filters.update(
         at=at, number=number, per_cent=per_cent, plural=plural, size=size, shortened=shortened
     )
-    page = environment.get_template("report.html.j2")
+    environment.filters["share"] = share
+    environment.filters["svg"] = Markup  # drawn by us: its texts are escaped
+    page = page_of(analysis)
     events, events_left = _events(analysis)
-    return page.render(
+    states = states_of(analysis)
+    return environment.get_template("report.html.j2").render(
         document=analysis_document(analysis),
+        page=page,
+        csp=policy(),
+        style=Markup(style()),
+        plotting=Markup(script(PLOTTING)),
+        script=Markup(script()),
+        data=Markup(json_for_page(page.data)),
+        ended=ending_words(_last(analysis)),
+        states=[(name, words) for name, words in STATES.items() if name in states.values()],
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),
         accuracies=accuracies(reported_accuracies(analysis.system, analysis.signals)),
-        findings=[_finding(finding, i, analysis) for i, finding in enumerate(analysis.findings)],
+        findings=_findings(page.findings, analysis),
+        firsts=page.firsts,
         consequences=[
             (item, into_flight(item.onset, analysis.log), log_time(item.onset, analysis.log))
             for item in analysis.diagnosis.consequences
@@ -85,14 +92,12 @@ def html_report(analysis: Analysis, pictures: Mapping[str, Picture]) -> str:
         events_left=events_left,
         residuals=_residuals(analysis),
         refused=_refused(analysis),
-        pictures={name: embedded(picture) for name, picture in pictures.items()},
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
         agreements=analysis.diagnosis.methods,
         noticed=analysis.estimator.findings if analysis.estimator else (),
         looked_at=looked_at(analysis),
-        endings=[one for one in analysis.diagnosis.endings if one.first],
         window_text=window(analysis),
         model_text=analysis.airframe.description,
     )
@@ -103,23 +108,30 @@ def _finalize(value: Any) -> Any:
     return clean(value) if type(value) is str else "–" if value is None else value
 
 
-def embedded(picture: Picture) -> str:
-    """Return a picture as a data URI: SVG, or PNG where that is much smaller."""
-    svg = picture.bytes("svg")
-    if len(svg) <= SMALL:
-        return "data:image/svg+xml;base64," + base64.b64encode(svg).decode()
-    return "data:image/png;base64," + base64.b64encode(picture.bytes("png")).decode()
+def _last(analysis: Analysis) -> Ending | None:
+    """Return the end to tell first: of the last flight that went wrong, or else of the last."""
+    endings = analysis.diagnosis.endings
+    bad = [one for one in endings if one.end.is_bad]
+    return (bad or list(endings) or [None])[-1]  # type: ignore[list-item]
 
 
-def _finding(finding: Finding, place: int, analysis: Analysis) -> dict[str, Any]:
-    figure = evidence_figure(analysis, finding) if place < MOST_FIGURES else None
-    return {
-        "value": finding,
-        "onset": onset(finding, analysis),
-        "alarm": log_time(finding.alarm, analysis.log),
-        "end": None if finding.end is None else log_time(finding.end, analysis.log),
-        "picture": None if figure is None else embedded(Picture(figure)),
-    }
+def _findings(
+    findings: Sequence[tuple[Finding, Shown | None]], analysis: Analysis
+) -> list[dict[str, Any]]:
+    whom = concerns(analysis.bank)
+    return [
+        {
+            "value": finding,
+            "name": component_words(finding.component, analysis.system.components),
+            "sure": sure_words(finding),
+            "suspects": suspects(finding, analysis, whom),
+            "onset": onset(finding, analysis),
+            "alarm": log_time(finding.alarm, analysis.log),
+            "end": None if finding.end is None else log_time(finding.end, analysis.log),
+            "shown": shown,
+        }
+        for finding, shown in findings
+    ]
 
 
 def _events(analysis: Analysis) -> tuple[list[dict[str, Any]], int]:
@@ -128,6 +140,8 @@ def _events(analysis: Analysis) -> tuple[list[dict[str, Any]], int]:
     rows = [
         {
             "t": at(event.t),
+            "at": round(event.t, 3),
+            "level": level_of(event),
             "when": into_flight(event.t, log),
             "kind": event.kind,
             "text": told_text(event, times, last),

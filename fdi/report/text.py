@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 WIDTH: Final = 100
 MOST_FINDINGS: Final = 20
+PAGE: Final = "report.html"
 STYLES: Final[Mapping[Outlook, str]] = {
     "accused": "bold red",
     "ended badly": "bold red",
@@ -128,6 +129,10 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     if folder is not None:
         yield heading("Report")
         yield text(f"  {folder}/")
+        if (folder / PAGE).is_file():
+            yield text(
+                f"  open {folder}/{PAGE} in a browser; it needs no network (--open opens it)"
+            )
 
 
 def _departed(analysis: Analysis) -> Iterator[RenderableType]:

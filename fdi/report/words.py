@@ -181,6 +181,17 @@ def per_cent(share: float) -> str:
     return f"{hundredths(share)} %"
 
 
+def share(value: float) -> str:
+    """Return a small probability as a percentage that does not claim to be nothing.
+
+    Examples
+    --------
+    >>> share(0.0004), share(0.04)
+    ('below 1 %', '4 %')
+    """
+    return per_cent(value) if value >= 0.005 else "below 1 %"
+
+
 def shortened(names: Sequence[str], most: int) -> str:
     """Return names with commas, the first of them and how many more there are.
 

@@ -20,6 +20,33 @@ def test_it_prints_the_verdict_and_writes_the_folder_here(run: Run, model: Path)
     assert not list(LOG.parent.glob("*.fdi"))
 
 
+def test_the_last_line_tells_how_to_open_the_page(run: Run, model: Path) -> None:
+    page = f"{LOG.stem}.fdi/report.html"
+    words = ("analyze", LOG, "--model", model, "--format")
+    told = " ".join(run(*words, "html").out.split())
+    assert told.endswith(f"open {page} in a browser; it needs no network (--open opens it)")
+    assert "in a browser" not in run(*words, "txt").out
+
+
+@pytest.mark.parametrize("is_found", [True, False])
+def test_open_opens_the_page(
+    run: Run, model: Path, monkeypatch: pytest.MonkeyPatch, is_found: bool
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda page: opened.append(page) or is_found)
+    ended = run("analyze", LOG, "--model", model, "--format", "html", "--open")
+    assert ended.code == 0
+    assert opened == [Path(f"{LOG.stem}.fdi/report.html").resolve().as_uri()]
+    assert ("no browser was found" in ended.err) != is_found
+
+
+@pytest.mark.parametrize("words", [("--format", "txt"), ("--json",)])
+def test_open_needs_a_page(run: Run, model: Path, words: tuple[str, ...]) -> None:
+    ended = run("analyze", LOG, "--model", model, "--open", *words)
+    assert ended.code == 2
+    assert "--open needs report.html" in ended.err
+
+
 def test_check_turns_an_accusation_into_1(run: Run, model: Path) -> None:
     words = ("analyze", LOG, "--model", model, "--format", "json", "--check")
     assert run(*words).code == 1

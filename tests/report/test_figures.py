@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fdi.diagnosis import Isolability
-from fdi.report.evidence import evidence_figure
 from fdi.report.figures import fault_grid_figure, isolability_figure, marked_rows
 from fdi.report.style import image
 from fdi.result import Analysis
@@ -68,18 +67,6 @@ def test_the_matrix_counts_what_it_does_not_show() -> None:
     matrix = np.array([[0, 0, 1], [1, 0, 1], [0, 0, 0]], dtype=bool)
     figure = isolability_figure(Isolability(("a", "b", "c"), seen, matrix, (("a", "b"),)))
     assert "Isolability: 2 detectable faults (1 undetectable not shown)" in texts(figure)
-
-
-def test_the_evidence_shows_residuals_and_the_channels_they_compare(analysis: Analysis) -> None:
-    shown = texts(evidence_figure(analysis, analysis.findings[0]))
-    assert {"onset 40.0 s", "GPS_RAW_INT.alt", "VFR_HUD.alt"} <= set(shown)
-    assert any(text.startswith("residual of ") for text in shown)
-
-
-def test_a_finding_without_residuals_has_no_figure(analysis: Analysis) -> None:
-    finding = analysis.findings[0]
-    bare = replace(finding, evidence=replace(finding.evidence, residuals=()))
-    assert evidence_figure(analysis, bare) is None
 
 
 def test_drawing_leaves_the_callers_settings_alone(analysis: Analysis) -> None:

@@ -1,24 +1,20 @@
+import base64
+import hashlib
+import json
 import re
+from collections import Counter
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
-from fdi.report.figures import fault_grid_figure, isolability_figure
 from fdi.report.html import html_report
-from fdi.report.style import Picture
+from fdi.report.page.script import script, style
 from fdi.result import Analysis
 
 from .build import NOTHING, small_analysis, small_log
 from .test_text import HOSTILE, noticed
-
-
-def page(analysis: Analysis) -> str:
-    drawn = {
-        "fault_grid": fault_grid_figure(analysis),
-        "isolability": isolability_figure(analysis.diagnosis.implementable),
-    }
-    return html_report(analysis, {name: Picture(figure) for name, figure in drawn.items()})
 
 
 class Tags(HTMLParser):
@@ -26,15 +22,15 @@ class Tags(HTMLParser):
 
     def __init__(self) -> None:
         super().__init__()
-        self.seen: set[str] = set()
+        self.seen: Counter[str] = Counter()
         self.addresses: list[str] = []
         self.open: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.seen.add(tag)
+        self.seen[tag] += 1
         self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
         assert not any(name.startswith("on") for name, _ in attrs)
-        if tag not in ("meta", "img", "br", "link"):
+        if tag not in ("meta", "img", "br", "link", "input"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -44,18 +40,18 @@ class Tags(HTMLParser):
 @pytest.fixture(scope="module")
 def hostile(tmp_path_factory: pytest.TempPathFactory) -> str:
     log = small_log(name="<script>alert(1)<x>.tlog", text=HOSTILE)
-    return page(small_analysis(tmp_path_factory.mktemp("hostile"), log, verdict="<img src=x>"))
+    return html_report(
+        small_analysis(tmp_path_factory.mktemp("hostile"), log, verdict="<img src=x>")
+    )
 
 
 def test_the_page_needs_nothing_from_elsewhere(hostile: str) -> None:
     tags = Tags()
     tags.feed(hostile)
     assert not tags.open
-    assert not tags.seen & {"script", "link", "iframe", "object", "base", "b"}
-    assert all(address.startswith(("data:image/", "#")) for address in tags.addresses)
-    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', hostile)
-    assert policy is not None
-    assert policy[1].startswith("default-src 'none'")
+    assert not tags.seen.keys() & {"link", "iframe", "object", "base", "b", "img"}
+    assert all(address.startswith("#") for address in tags.addresses)
+    assert tags.seen["script"] == 3
 
 
 def test_foreign_text_is_escaped_and_without_control_characters(hostile: str) -> None:
@@ -65,8 +61,51 @@ def test_foreign_text_is_escaped_and_without_control_characters(hostile: str) ->
     assert not any(letter in hostile for letter in "\x1b\x07\u202e")
 
 
+def test_the_policy_allows_these_scripts_and_styles_and_nothing_else(hostile: str) -> None:
+    """The hashes are of what stands between the tags: a browser computes the same."""
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', hostile)
+    assert policy is not None
+    allowed = {part.split()[0]: part.split()[1:] for part in unescape(policy[1]).split("; ")}
+    scripts = re.findall(r"<script>(.*?)</script>", hostile, re.DOTALL)
+    (style,) = re.findall(r"<style>(.*?)</style>", hostile, re.DOTALL)
+
+    def named(text: str) -> str:
+        digest = hashlib.sha256(text.encode()).digest()
+        return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+    assert allowed == {
+        "default-src": ["'none'"],
+        "script-src": [named(text) for text in scripts],
+        "style-src": [named(style)],
+        "base-uri": ["'none'"],
+        "form-action": ["'none'"],
+    }
+    assert len(scripts) == 2
+
+
+def test_no_style_stands_in_an_attribute_which_the_policy_would_refuse(hostile: str) -> None:
+    markup = re.sub(r"<(script|style)\b.*?</\1>", "", hostile, flags=re.DOTALL)
+    assert not re.search(r"<[^>]*\sstyle=", markup)
+
+
+def test_our_scripts_and_styles_ask_for_nothing_and_set_foreign_text_as_text() -> None:
+    ours = script() + style()
+    asking = r"https?:|url\(|@import|\bfetch\(|XMLHttpRequest|WebSocket|\bimport\(|\beval\("
+    assert not re.search(asking, ours)
+    assert not re.search(r"innerHTML|outerHTML|insertAdjacent|document\.write|setHTML", ours)
+
+
+def test_foreign_text_in_the_data_cannot_end_their_element(hostile: str) -> None:
+    found = re.search(r'<script type="application/json" id="page-data">(.*?)</script>', hostile)
+    assert found is not None
+    assert "<" not in found[1]
+    data = json.loads(found[1])
+    assert data["name"] == "<script>alert(1)<x>.tlog"
+    assert any("<b>&$x_1$" in mark["text"] for mark in data["marks"])
+
+
 def test_the_page_tells_everything_the_analysis_knows(analysis: Analysis) -> None:
-    told = page(analysis)
+    told = html_report(analysis)
     for expected in (
         "gps failed first",
         "30.0 s into the flight",
@@ -87,19 +126,19 @@ def test_the_page_tells_everything_the_analysis_knows(analysis: Analysis) -> Non
 
 
 def test_confidence_is_told_with_what_it_rests_on(analysis: Analysis) -> None:
-    told = page(analysis)
+    told = html_report(analysis)
     assert "75 %; for it: a test that concerns nobody else (+2.5)" in told
     assert "<dt>who else</dt><dd>barometer 4 %</dd>" in told
 
 
 def test_a_quiet_page_has_no_findings(tmp_path: Path) -> None:
-    told = page(small_analysis(tmp_path, **NOTHING))
+    told = html_report(small_analysis(tmp_path, **NOTHING))
     assert 'id="findings"' not in told
     assert "No component is accused." in told
 
 
 def test_the_page_says_which_flight_the_estimators_findings_are_of(analysis: Analysis) -> None:
-    told = page(noticed(analysis, flights=2))
+    told = html_report(noticed(analysis, flights=2))
     assert "own estimator noticed in flight 2 of 2, the only one looked at</h2>" in told
     assert 'href="#estimator"' in told
-    assert 'id="estimator"' not in page(analysis)
+    assert 'id="estimator"' not in html_report(analysis)

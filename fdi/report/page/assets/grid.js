@@ -1,0 +1,115 @@
+// The fault grid on the flight's clock, and the line of events above it.
+
+const ROW = 16;
+
+/** A canvas that keeps the width of its parent and the sharpness of the screen. */
+function canvasIn(inside, height, label) {
+  const live = element("div", undefined, "live");
+  const made = element("canvas", undefined, "own");
+  live.append(made);
+  live.tabIndex = 0;
+  live.setAttribute("role", "img");
+  live.setAttribute("aria-label", label);
+  inside.append(live);
+  const size = () => {
+    const ratio = devicePixelRatio || 1;
+    const wide = Math.max(live.clientWidth, 100), tall = typeof height === "function" ? height(wide) : height;
+    made.style.height = `${tall}px`;
+    made.width = Math.round(wide * ratio);
+    made.height = Math.round(tall * ratio);
+    const ctx = made.getContext("2d");
+    ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.font = "11px system-ui, sans-serif";
+    return { ctx, wide, tall };
+  };
+  return { live, made, size };
+}
+
+function tipIn(live) {
+  const tip = element("div", undefined, "tip");
+  tip.hidden = true;
+  live.append(tip);
+  return (text, x, y) => {
+    tip.hidden = !text;
+    if (!text) return;
+    tip.textContent = text;
+    tip.style.left = `${Math.max(0, Math.min(x + 12, live.clientWidth - tip.offsetWidth))}px`;
+    tip.style.top = `${y + 14}px`;
+  };
+}
+
+/** Place a canvas on the flight's clock: as wide as the plots' own axes. */
+function onClock(surface, clock, left, draw, told) {
+  const tip = tipIn(surface.live);
+  let wide = 0;
+  const timeAt = (event) => {
+    const box = surface.live.getBoundingClientRect();
+    const share = (event.clientX - box.left - left()) / (wide - left());
+    return share < 0 ? null : clock.shown[0] + share * (clock.shown[1] - clock.shown[0]);
+  };
+  const redraw = () => {
+    const { ctx, wide: w, tall } = surface.size();
+    wide = w;
+    const x = (t) => left() + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (w - left());
+    ctx.clearRect(0, 0, w, tall);
+    draw(ctx, x, w, tall);
+    if (pointer.t !== null && pointer.t >= clock.shown[0] && pointer.t <= clock.shown[1]) {
+      ctx.strokeStyle = colour("cursor");
+      ctx.setLineDash([4, 3]);
+      ctx.beginPath(); ctx.moveTo(x(pointer.t), 0); ctx.lineTo(x(pointer.t), tall); ctx.stroke();
+      ctx.setLineDash([]);
+    }
+  };
+  clock.onChange(redraw);
+  pointer.onChange(redraw);
+  surface.live.addEventListener("pointermove", (event) => {
+    const t = timeAt(event);
+    pointer.set(t, surface);
+    const box = surface.live.getBoundingClientRect();
+    tip(told(t, event.clientX - box.left, event.clientY - box.top), event.clientX - box.left, event.clientY - box.top);
+  });
+  surface.live.addEventListener("pointerleave", () => { pointer.set(null, surface); tip(""); });
+  surface.live.addEventListener("dblclick", () => clock.all());
+  surface.live.addEventListener("focus", () => { clockInUse = clock; });
+  steer(surface.live, clock, timeAt);
+  let from = null;
+  surface.live.addEventListener("pointerdown", (event) => { if (!event.shiftKey) from = timeAt(event); });
+  surface.live.addEventListener("pointerup", (event) => {
+    const to = timeAt(event);
+    if (from !== null && to !== null && Math.abs(to - from) > 0.01 * (clock.shown[1] - clock.shown[0])) clock.show(Math.min(from, to), Math.max(from, to));
+    from = null;
+  });
+  return redraw;
+}
+
+function makeGrid(inside) {
+  const surface = canvasIn(inside, data.grid.length * ROW + 4, `Fault grid of ${data.grid.length} faults; the tables below say the same`);
+  const left = () => Math.min(260, surface.live.clientWidth * 0.36);
+  const draw = (ctx, x, wide) => {
+    data.grid.forEach((row, place) => {
+      const top = place * ROW + 2;
+      ctx.save();
+      ctx.beginPath(); ctx.rect(0, top, left() - 6, ROW); ctx.clip();
+      ctx.fillStyle = colour("soft");
+      ctx.textBaseline = "middle";
+      ctx.fillText(row.fault, 0, top + ROW / 2);
+      ctx.restore();
+      ctx.save();
+      ctx.beginPath(); ctx.rect(left(), top, wide - left(), ROW); ctx.clip();
+      for (const [kind, ink] of [["off", "unknown"], ["on", `g-${row.group}`]]) {
+        ctx.fillStyle = colour(ink);
+        for (const [from, to] of row[kind]) {
+          if (x(to) < left() || x(from) > wide) continue;
+          ctx.fillRect(x(from), top + 1, Math.max(x(to) - x(from), 1), ROW - 3);
+        }
+      }
+      ctx.restore();
+    });
+  };
+  return onClock(surface, flightClock, left, draw, (t, x, y) => {
+    const row = data.grid[Math.floor((y - 2) / ROW)];
+    if (!row) return "";
+    const is = t === null ? "" : row.on.some(([a, b]) => a <= t && t < b) ? ": marked" : row.off.some(([a, b]) => a <= t && t < b) ? ": unknown" : ": quiet";
+    return `${row.fault} (${row.component})${is}`;
+  });
+}

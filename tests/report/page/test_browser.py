@@ -1,0 +1,189 @@
+"""What a browser makes of the page; skipped where no chromium is installed.
+
+Steps of a person (zoom, keys, choices) need the package playwright as well, which drives the
+installed chromium and downloads none.
+"""
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fdi.report.html import html_report
+
+from ..build import message, small_analysis, small_log
+from ..test_text import HOSTILE
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
+HARM = "</script><img src=x onerror=document.title='harm'><script>document.title='harm'</script>"
+
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("browser")
+    log = small_log(name=f"{HARM[:40]}.tlog".replace("/", ""), text=f"{HARM} {HOSTILE}")
+    own = message(HARM, {f"a.{HARM}": log["VFR_HUD"].si("alt")}, log["VFR_HUD"].t)
+    log = replace(log, messages={**log.messages, HARM: own}, parameters={HARM: 1.0})
+    path = folder / "report.html"
+    path.write_text(html_report(small_analysis(folder, log)), "utf-8")
+    return path
+
+
+def test_the_scripts_run_from_disk(written: Path, tmp_path: Path) -> None:
+    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
+    command += [f"--user-data-dir={tmp_path}", "--virtual-time-budget=4000", "--dump-dom"]
+    done = subprocess.run(
+        [*command, written.as_uri()], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert '<html lang="en" class="scripted">' in done.stdout
+    assert '<option value="VFR_HUD.alt">' in done.stdout  # made by the last of them
+    assert "<title>harm" not in done.stdout
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    driver = pytest.importorskip("playwright.sync_api")
+    with driver.sync_playwright() as running:
+        found = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def page(browser: Any, written: Path) -> Iterator[Any]:
+    opened = browser.new_page(viewport={"width": 1300, "height": 900})
+    told: list[str] = []
+    asked: list[str] = []
+    opened.on("pageerror", lambda error: told.append(str(error)))
+    opened.on("console", lambda line: told.append(line.text) if line.type == "error" else None)
+    opened.on("request", lambda request: asked.append(request.url))
+    opened.goto(written.as_uri())
+    yield opened
+    assert not told
+    assert asked == [written.as_uri()]
+    opened.close()
+
+
+def seen(page: Any) -> tuple[float, float]:
+    low, high = page.evaluate("flightClock.shown")
+    return low, high
+
+
+def test_foreign_text_is_inert(page: Any) -> None:
+    assert page.title() != "harm"
+    assert page.locator("img").count() == 0
+    assert page.evaluate("document.scripts.length") == 3
+    assert page.get_by_text("onerror=document.title").count() > 0
+
+
+def test_keys_zoom_move_and_show_all(page: Any) -> None:
+    whole = seen(page)
+    page.keyboard.press("+")
+    zoomed = seen(page)
+    assert zoomed[1] - zoomed[0] == pytest.approx((whole[1] - whole[0]) / 2)
+    page.keyboard.press("ArrowRight")
+    assert seen(page)[0] > zoomed[0]
+    page.keyboard.press("0")
+    assert seen(page) == whole
+
+
+def test_dragging_over_a_plot_zooms_all_of_them(page: Any) -> None:
+    figure = page.locator('figure[data-plot="overview.0"]')
+    figure.scroll_into_view_if_needed()
+    box = figure.locator(".u-over").bounding_box()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 30, steps=5)
+    page.mouse.up()
+    low, high = seen(page)
+    assert (low, high) == pytest.approx((0.4 * 89.75, 0.6 * 89.75), abs=0.5)
+    shown = page.evaluate("plots.map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])")
+    assert [low, high] in shown
+
+
+def test_the_pointer_stands_at_one_moment_in_every_plot(page: Any) -> None:
+    page.locator(".case").scroll_into_view_if_needed()
+    over = page.locator(".case .u-over").first
+    over.scroll_into_view_if_needed()
+    over.hover()
+    moment = page.evaluate("pointer.t")
+    assert moment == pytest.approx(35.0, abs=0.5)  # the middle of 25 to 45 s
+    assert str(int(moment)) in page.locator("#now").text_content()
+    lefts = page.evaluate(
+        "plots.map((one) => one.plot.posToVal(one.plot.cursor.left, 'x')).filter((t) => t > 0)"
+    )
+    assert len(lefts) > 1
+    assert lefts == pytest.approx([moment] * len(lefts), abs=0.3)
+
+
+def test_a_case_shows_the_whole_flight_by_one_click(page: Any) -> None:
+    case = page.locator(".case").first
+    case.scroll_into_view_if_needed()
+    span = (
+        "(() => { const one = plots.find((p) => p.live.closest('.case'));"
+        " return one.plot.scales.x.max - one.plot.scales.x.min; })()"
+    )
+    case.locator(".u-over").first.wait_for()
+    assert page.evaluate(span) == pytest.approx(20.0)
+    case.get_by_role("button", name="whole flight").click()
+    assert page.evaluate(span) == pytest.approx(89.75)
+
+
+def test_any_channel_can_be_picked_and_added(page: Any) -> None:
+    page.locator("#search").fill("vfr alt")
+    options = page.locator("#channel option").all_text_contents()
+    assert options == ["VFR_HUD.alt"]
+    page.locator("#add").click()
+    page.locator("#search").fill("gps")
+    page.locator("#add").click()
+    assert page.locator("#picked .uplot").count() == 1
+    assert "VFR_HUD.alt, GPS_RAW_INT.alt" in page.locator("#picked figcaption").text_content()
+
+
+def test_a_channel_with_a_hostile_name_is_plotted_and_inert(page: Any) -> None:
+    page.locator("#search").fill("harm")
+    page.locator("#add").click()
+    assert page.locator("#picked .uplot").count() == 1
+    assert HARM in page.locator("#picked figcaption").text_content()
+    assert page.locator("img").count() == 0
+    assert page.title() != "harm"
+
+
+def test_events_are_filtered_by_severity(page: Any) -> None:
+    rows = page.locator("tr[data-level]:visible")
+    every = rows.count()
+    page.locator("#told").select_option("3")
+    assert 0 < rows.count() < every
+
+
+@pytest.mark.parametrize("width", [360, 1300])
+def test_no_page_is_wider_than_its_window(page: Any, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 800})
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_print_opens_all_details_and_shows_drawings(page: Any) -> None:
+    page.locator(".case").first.scroll_into_view_if_needed()
+    page.locator(".case .uplot").first.wait_for()
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details:not([open])").count() == 0
+    assert page.locator(".case .still svg").first.is_visible()
+    assert not page.locator(".case .uplot").first.is_visible()
+
+
+def test_without_scripts_drawings_and_tables_tell_it(browser: Any, written: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    opened = context.new_page()
+    opened.goto(written.as_uri())
+    assert opened.locator(".case .still svg").first.is_visible()
+    assert opened.locator("svg.airframe").is_visible()
+    assert not opened.locator("#bar").is_visible()
+    assert opened.locator("noscript").count() == 1
+    context.close()

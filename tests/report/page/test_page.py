@@ -1,0 +1,208 @@
+import base64
+import itertools
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fdi.diagnosis import Ending
+from fdi.diagnosis.concerns import concerns
+from fdi.report.html import html_report
+from fdi.report.page import channels
+from fdi.report.page.airframe import airframe_svg, states_of
+from fdi.report.page.channels import held_channels
+from fdi.report.page.document import page_of
+from fdi.report.page.evidence import Court
+from fdi.report.page.marks import marks, modes
+from fdi.report.page.script import json_for_page
+from fdi.report.page.sides import Parts, residual_of
+from fdi.report.page.suspects import ending_words, suspects
+from fdi.residuals.respond import respond, stretch
+from fdi.result import Analysis
+from fdi.telemetry import Event
+from fdi.telemetry.ends import FlightEnd
+
+from ..build import NOTHING, small_analysis, small_log
+
+MOST_BYTES = 6_000_000
+
+
+def test_the_evidence_shows_the_accused_components_own_channel_first(analysis: Analysis) -> None:
+    case = Court(analysis).of_finding(analysis.findings[0])
+    assert case is not None
+    assert case.window == (25.0, 45.0)
+    channels = [panel for panel in case.tests[0].panels if "recorded" in panel.curves[0].label]
+    own = [panel for panel in channels if panel.title.startswith("GPS_RAW_INT.alt (")]
+    assert own
+
+
+def test_a_channel_is_predicted_as_what_would_make_the_test_agree(analysis: Analysis) -> None:
+    """The bias of 40 m is the distance of what is recorded from what is predicted."""
+    case = Court(analysis).of_finding(analysis.findings[0])
+    assert case is not None
+    panel = next(
+        panel
+        for test in case.tests
+        for panel in test.panels
+        if panel.title.startswith("GPS_RAW_INT.alt (")
+    )
+    recorded, predicted = panel.curves
+    off = recorded.value - predicted.value
+    assert np.nanmedian(off[(recorded.t > 42) & (recorded.t < 58)]) == pytest.approx(40, abs=1.5)
+    assert np.nanmedian(off[(recorded.t > 15) & (recorded.t < 38)]) == pytest.approx(0, abs=1.5)
+
+
+def test_the_threshold_that_is_shown_is_the_one_that_was_used(analysis: Analysis) -> None:
+    case = Court(analysis).of_finding(analysis.findings[0])
+    assert case is not None
+    row = [g.id for g in analysis.bank.generators].index(case.tests[0].id)
+    panel = next(p for p in case.tests[0].panels if "sample by sample" in p.title)
+    np.testing.assert_array_equal(panel.curves[1].value, analysis.alarms.threshold[row])
+    beyond = np.abs(panel.curves[0].value) > panel.curves[1].value
+    assert (beyond == (analysis.alarms.state[row] == 1))[
+        np.isfinite(panel.curves[0].value)
+    ].mean() > 0.95  # a mean beyond its own threshold is a trigger as well
+
+
+def test_what_is_predicted_of_a_channel_leaves_no_residual(analysis: Analysis) -> None:
+    """Put it back into the data, as a fault is put there, and the residual is gone."""
+    piece = stretch(analysis.residual_values, slice(0, None))
+    tried = 0
+    for row in range(len(analysis.bank.generators)):
+        for part in Parts(analysis.alarms, piece).of(row, "gps", (41.0, 59.0)):
+            if part.predicted is None or part.recorded is None:
+                continue
+            known = np.isfinite(part.predicted)
+            change = np.where(known, part.predicted - part.recorded, 0.0)
+            after = residual_of(analysis.alarms, row) + respond(piece, {part.equation: change})[row]
+            np.testing.assert_allclose(after[known], 0.0, atol=1e-6)
+            tried += 1
+    assert tried >= 4
+
+
+def test_an_end_that_nobody_is_accused_for_has_a_case_too(tmp_path: Path) -> None:
+    changes = NOTHING | {
+        "outlook": "ended badly",
+        "endings": (Ending(FlightEnd(0, "impact", 60.0, 9.0)),),
+    }
+    found = page_of(small_analysis(tmp_path, **changes))
+    ((_, shown),) = found.firsts
+    assert shown is not None
+    assert shown.case.window == (45.0, 65.0)
+    assert "What was first" in html_report(small_analysis(tmp_path, **changes))
+
+
+def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
+    analysis: Analysis,
+) -> None:
+    finding = replace(analysis.findings[0], confidence=0.6, rivals=(("barometer", 0.39),))
+    suspect, nobody = suspects(finding, analysis, concerns(analysis.bank))
+    assert suspect.name == "Barometer"
+    assert nobody.share == pytest.approx(0.01)
+    assert suspect.share == 0.39
+    assert suspect.asks
+
+
+def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analysis) -> None:
+    finding = replace(analysis.findings[0], confidence=0.6, rivals=())
+    (suspect,) = suspects(finding, analysis, concerns(analysis.bank))
+    assert suspect.name == "no component at all"
+    assert suspect.share == pytest.approx(0.4)
+
+
+def test_how_it_ended_is_told() -> None:
+    lost = Ending(FlightEnd(0, "impact", 80.5, 11.2, 77.6))
+    assert ending_words(lost) == (
+        "It hit the ground at 11.2 m/s, log 80.5 s. Control was lost 2.9 s before (log 77.6 s)."
+    )
+    assert ending_words(None) == "No flight is seen in this log."
+
+
+def test_a_quadcopter_is_drawn_with_its_motors_where_they_are(analysis: Analysis) -> None:
+    frame = {"FRAME_CLASS": 1.0, "FRAME_TYPE": 1.0}
+    log = replace(analysis.log, vehicle="quad", parameters=frame)
+    drawn = airframe_svg(replace(analysis, log=log))
+    for number, turn in ((1, "counter-clockwise"), (2, "counter-clockwise"), (3, "clockwise")):
+        assert f"motor {number}, turns {turn}" in drawn
+    assert drawn.count("<circle") == 4
+
+
+@pytest.mark.parametrize("frame_class", [4.0, 5.0])
+def test_motors_on_one_arm_do_not_cover_each_other(analysis: Analysis, frame_class: float) -> None:
+    frame = {"FRAME_CLASS": frame_class, "FRAME_TYPE": 1.0}
+    drawn = airframe_svg(
+        replace(analysis, log=replace(analysis.log, vehicle="other", parameters=frame))
+    )
+    circles = [
+        tuple(map(float, found))
+        for found in re.findall(r'<circle cx="(\d+)" cy="(\d+)" r="(\d+)"', drawn)
+    ]
+    assert len(circles) in (6, 8)
+    for (x, y, r), (a, b, q) in itertools.combinations(circles, 2):
+        assert np.hypot(x - a, y - b) >= r + q
+
+
+def test_the_accused_is_marked_on_the_airframe(analysis: Analysis) -> None:
+    assert states_of(analysis)["gps"] == "accused"
+    assert states_of(analysis)["compass"] == "untested"
+    assert '<g class="pill accused"><title>Gps: accused</title>' in airframe_svg(analysis)
+
+
+def test_modes_become_bands_that_end_with_the_next() -> None:
+    log = small_log()
+    events = (Event(1.0, "mode", "AUTO"), Event(2.0, "mode", "AUTO"), Event(30.0, "mode", "RTL"))
+    log = replace(log, reported=events, _cache={"flights": log.flights})
+    assert modes(log) == [(1.0, 30.0, "AUTO"), (30.0, 89.75, "RTL")]
+
+
+def test_marks_hold_take_off_impact_and_the_onset(analysis: Analysis) -> None:
+    found = {mark["kind"]: mark["at"] for mark in marks(analysis)}
+    assert (found["takeoff"], found["impact"], found["onset"]) == (10.0, 85.0, 40.0)
+    assert "parameter" not in found
+
+
+def test_a_page_stays_small_however_long_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = small_analysis(tmp_path)
+    assert len(html_report(found).encode()) < MOST_BYTES / 10
+    monkeypatch.setattr(channels, "MOST_BYTES", 6_000)
+    held = held_channels(found.log, ["GPS_RAW_INT.alt"])
+    assert held.messages["GPS_RAW_INT"]["k"] == 360
+    assert held.messages["VFR_HUD"]["k"] < 200
+    assert held.thinned == 2
+
+
+def test_messages_too_long_to_look_at_are_named(
+    analysis: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(channels, "MOST_VALUES", 400)
+    held = held_channels(analysis.log, ["GPS_RAW_INT.alt"])
+    assert set(held.messages) == {"GPS_RAW_INT"}
+    assert held.left_out == ("VFR_HUD", "GLOBAL_POSITION_INT")
+
+
+def test_json_holds_no_letter_that_ends_a_script() -> None:
+    told = json_for_page({"a": "</script><script>alert(1)</script><!-- \u2028"})
+    assert "<" not in told
+    assert "\u2028" not in told
+
+
+def test_a_page_draws_without_the_library_for_pictures(
+    analysis: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """matplotlib costs more than the whole page."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert "data-plot" in html_report(analysis)
+
+
+def test_what_plots_need_is_thinned_too_where_there_is_no_room(analysis: Analysis) -> None:
+    held = held_channels(analysis.log, ["GPS_RAW_INT.alt"], room=2_000)
+    assert all(message["k"] < 100 for message in held.messages.values())
+    values = analysis.log["GPS_RAW_INT"].si("alt")
+    kept = held.messages["GPS_RAW_INT"]["f"]["alt"]
+    shown = np.frombuffer(base64.b64decode(kept["f"]), "<f4") + kept.get("b", 0.0)
+    assert (shown.min(), shown.max()) == pytest.approx((values.min(), values.max()), rel=1e-6)
