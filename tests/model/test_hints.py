@@ -42,7 +42,7 @@ def test_what_could_not_be_made_of_a_message_is_no_lack_of_it(flight):
     log = without(flight, "MOTORS")
     assert would_test("motor_1", load_airframe("quadcopter"), log) == ""
     (line,) = (x for x in load_airframe("quadcopter").observe(log).warnings if "motor" in x)
-    assert line.startswith("SERVO_OUTPUT_RAW in this log shows no motor_1: ")
+    assert line.startswith("SERVO_OUTPUT_RAW in this log shows no motor_1, motor_2: ")
 
 
 def test_outputs_that_are_lacking_are_told_as_they_are_recorded(flight):

@@ -33,7 +33,7 @@ def to_earth(roll: Floats, pitch: Floats, yaw: Floats) -> Floats:
     Examples
     --------
     >>> to_earth(0.0, 0.0, np.pi / 2)[:, 0].round(9) + 0.0
-    array([0., -1., 0.])
+    array([0., 1., 0.])
     """
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (np.cos, np.sin))
     rows = (
