@@ -167,8 +167,8 @@ def _fitted(
         value = _within(prior, *map(float, row))
         if value is None and prior.learned is None:
             return alone
-        value = value or prior
-        found.append(replace(value, shares=tuple(zip(names, map(float, share), strict=True))))
+        shared = tuple(zip(names, map(float, share), strict=True))
+        found.append(prior if value is None else replace(value, shares=shared))
     return found
 
 

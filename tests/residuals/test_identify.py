@@ -224,6 +224,7 @@ def test_one_parameter_is_not_adapted_beyond_two_learned_deviations(bank):
     gain, zero, warnings = told(taught(bank, **learned), flown(bank))
     assert gain.source == "identified"
     assert abs(zero.value - learned["zero"].value) <= 0.2
+    assert (zero.std, zero.shares) == (0.1, ())  # its own, not what the refused fit shares out
     said = (
         "zero not identified: the flight's beginning is beyond two deviations of what was learned"
     )
