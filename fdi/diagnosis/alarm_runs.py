@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision import Alarms
+from fdi.residuals import Residuals
 
 AHEAD: Final = 0.75
 """Share of a window's look-ahead by which its alarm begins before the change."""
@@ -56,9 +57,25 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
             known = float(t[first + sure[0]]) + delay
             # a centred window feels a change before it is in its middle
             onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
+            onset = max(onset - _lasted(alarms.residuals, int(row), int(first)), min(onset, start))
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
+
+
+def _lasted(residuals: Residuals, row: int, sample: int) -> float:
+    """Return for how long, s, there had been what a test counts the seconds of, else 0.
+
+    What stands still or is silent failed when that began, not when it had lasted too long.
+    """
+    equations = residuals.bank.system.equations
+    generator = residuals.bank.generators[row]
+    if not equations[generator.residual].elapsed:
+        return 0.0
+    shown = [equations[number].measurement for number in generator.equations]
+    columns = [residuals.signals.columns.get(m.channel) for m in shown if m is not None]
+    counted = [float(column[sample]) for column in columns if column is not None]
+    return max((seconds for seconds in counted if np.isfinite(seconds)), default=0.0)
 
 
 def _whole(alarm: NDArray[np.bool_], first: int, stop: int) -> tuple[int, int]:

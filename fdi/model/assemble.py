@@ -332,6 +332,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             suspects=tuple(entry.suspects),
             always=entry.always,
             command=entry.command,
+            elapsed=entry.elapsed,
             says=entry.says or "",
             unit=spell(unit),
         )
@@ -450,6 +451,7 @@ def _watched(of: Measurement, longest: float, draft: _Draft) -> str:
         solves=frozenset(),
         fault=f"{of.channel}:frozen",
         component=of.component,
+        elapsed=True,
         says="keeps showing the very same value in flight",
         unit="s",
     )

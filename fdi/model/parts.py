@@ -190,6 +190,9 @@ class Equation:
         before, and not under what conditions this flight was made.
     command : bool
         A violation is seen in a recorded command: it tells what was asked for, not what was done.
+    elapsed : bool
+        Of a limit: its variable is how long something has lasted, and a violation dates from when
+        that began.
     says : str
         What is so where it is violated, a verb phrase whose subject is the component, or a whole
         clause where it concerns none.
@@ -217,6 +220,7 @@ class Equation:
     steady: bool = False
     always: bool = False
     command: bool = False
+    elapsed: bool = False
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()

@@ -154,6 +154,7 @@ class LimitEntry(_Entry):
     solves: list[Name] | None = None
     always: bool = False
     command: bool = False
+    elapsed: bool = False
     says: Clause | None = None
 
 

@@ -56,6 +56,7 @@ class SystemEquation:
     steady: bool = False
     always: bool = False
     command: bool = False
+    elapsed: bool = False
     says: str = ""
     unit: str = ""
     suspects: tuple[str, ...] = ()

@@ -46,6 +46,8 @@ _LIKE: Final = 2.0
 _MISSED: Final = 5.0
 _WITNESSES: Final = 2
 _TIE: Final = 1e-9  # relative: a grid point this close to a record is that record
+_STILLER: Final = 3.0  # times as long as ever before; chosen
+_SEEN: Final = 20.0  # s, of a sensor before it may tell that by itself; chosen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +92,8 @@ class Request(Shown):
     circular : bool
         The value is an angle in rad that wraps.
     stirred : tuple of (Channel, float)
-        A stillness is unknown until one of these has moved by so much, SI, since it began.
+        A stillness is unknown until one of these has moved by so much, SI, since it began, or
+        until it lasts far longer than any before.
     silence : bool
         How long the message has been silent while its like go on, instead.
     reported : callable or None
@@ -340,7 +343,8 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
             value[~valid] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
     if request.stirred:
-        value[(value > 0) & ~_stirred(material, request, t, t - value)] = np.nan
+        told = _stirred(material, request, t, t - value) | _stiller_than_ever(t, value)
+        value[(value > 0) & ~told] = np.nan
     is_discrete = all(message.columns[name].is_discrete for name in names)
     return Records(t - request.latency, value, request.circular, is_discrete)
 
@@ -364,6 +368,19 @@ def _stirred(material: Material, request: Request, t: Floats, since: Floats) -> 
             reach = np.maximum.accumulate(piece) - np.minimum.accumulate(piece)
             moved[rows] |= reach[last[rows] - begin - 1] >= least
     return moved
+
+
+def _stiller_than_ever(t: Floats, held: Floats) -> NDArray[np.bool_]:
+    """Return whether a field stands still for far longer than it ever did before.
+
+    A sensor's own noise moves it at rest too: one that has been seen for a while tells by itself
+    how long that may take.
+    """
+    still = np.nan_to_num(held)
+    began = np.searchsorted(t, t - still)
+    before = np.concatenate([[0.0], np.maximum.accumulate(still)])[began]
+    seen = t - still - (t[0] if t.size else 0.0)
+    return (still > _STILLER * before) & (seen > np.maximum(_STILLER * still, _SEEN))
 
 
 def _silence(message: Message, others: Iterable[Message]) -> Records:

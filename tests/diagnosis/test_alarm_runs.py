@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from fdi.diagnosis.alarm_runs import find_runs
 
-from .build import CONFIRM_S, RATE, alarms_of, bank_of, model
+from .build import CONFIRM_S, RATE, alarms_of, bank_of, limit_row, model
 
 BANK = bank_of(model({"gps": ["x"], "baro": ["x"], "radar": ["x"]}))
 ROWS = range(len(BANK.generators))
@@ -30,6 +30,21 @@ def test_onset_of_a_test_that_looks_ahead_lies_after_its_first_sample():
     (run,) = find_runs(alarms_of(BANK, {0: [(40, 60)]}, delay_s=delay), 0, 100)
     assert run.onset == 40.0 + 0.75 * 2.0
     assert run.known == 40.0 + CONFIRM_S + 2.0
+
+
+def test_what_has_lasted_too_long_failed_when_it_began():
+    """An alarm at 40 s of a channel that has stood still for 6 s then."""
+    shown = "    fields:\n      x: {variable: x, accuracy: 1 m"
+    text = model({"gps": ["x"], "baro": ["x"]}).replace(shown, f"{shown}, freeze: 4 s", 1)
+    bank = bank_of(text)
+    number = limit_row(bank, "GPS.x:frozen")
+    alarms = alarms_of(bank, {number: [(40, 60)]})
+    (held,) = [c for c in alarms.residuals.signals.columns if c.field == "x:still"]
+    alarms.residuals.signals.columns[held][:] = np.clip(alarms.residuals.t - 34, 0, None)
+    (run,) = find_runs(alarms, 0, 100)
+    assert (run.onset, run.known) == (34.0, 40.0 + CONFIRM_S)
+    (late,) = find_runs(alarms, 38, 100)  # a flight that begins later
+    assert late.onset == 38.0
 
 
 def test_alarm_that_is_never_certain_is_none():

@@ -10,16 +10,16 @@ from fdi.units import Conversion
 T = np.arange(0.0, 2.0, 0.5)
 
 
-def message(key: str, **fields: tuple[str, float]) -> Message:
+def message(key: str, t: np.ndarray = T, /, **fields: tuple[str, float]) -> Message:
     """Return a message with constant fields: the SI unit and the value of each."""
     columns = {
         name.replace("__", "["): Column(
-            lambda v=value: np.full(T.size, v), Conversion(unit), is_discrete=False
+            lambda v=value: np.full(t.size, v), Conversion(unit), is_discrete=False
         )
         for name, (unit, value) in fields.items()
     }
     name, _, number = key.partition("[")
-    return Message(name, int(number[:-1]) if number else None, T, T, np.arange(T.size), columns)
+    return Message(name, int(number[:-1]) if number else None, t, t, np.arange(t.size), columns)
 
 
 def by_key(*messages: Message) -> dict[str, Message]:
@@ -77,6 +77,21 @@ def test_px4_inertial_sensors_and_compass_are_raw_imu():
     assert told.si("xacc") == pytest.approx(1.0)
     assert told.si("zgyro") == pytest.approx(0.5)
     assert told.si("xmag") == pytest.approx(2e-5)
+
+
+@pytest.mark.parametrize("told", [99_000.0, 9_900_000.0])  # Pa: as documented, and as PX4 sends it
+def test_px4_barometer_is_read_where_it_is_told_more_often(told):
+    own = by_key(
+        message("HIGHRES_IMU", abs_pressure=("Pa", told)),
+        message("SCALED_PRESSURE", T[::2], press_abs=("Pa", 99_500.0)),
+    )
+    barometer = as_ardupilot(own, "quad")["SCALED_PRESSURE"]
+    assert barometer.si("press_abs").tolist() == [99_000.0] * 4
+    often = by_key(
+        message("HIGHRES_IMU", T[::2], abs_pressure=("Pa", told)),
+        message("SCALED_PRESSURE", press_abs=("Pa", 99_500.0)),
+    )
+    assert as_ardupilot(often, "quad")["SCALED_PRESSURE"].si("press_abs").tolist() == [99_500.0] * 4
 
 
 def test_px4_wind_comes_from_where_it_does_not_blow_to():

@@ -246,3 +246,25 @@ def test_a_stillness_counts_only_where_the_vehicle_has_moved(turned, known):
     assert np.isfinite(found.value[t <= 10]).all()
     assert np.isnan(found.value[(t > 10) & (t < 20)]).all()
     assert np.isfinite(found.value[t >= 20]).all() == known
+
+
+@pytest.mark.parametrize(
+    ("before", "seen", "known"),
+    [
+        (0.0, 40.0, True),  # its noise has moved it at every record so far
+        (6.0, 40.0, False),  # it has stood still for 6 s before
+        (0.0, 15.0, False),  # nobody knows it yet
+    ],
+)
+def test_a_field_that_stands_still_longer_than_ever_needs_no_turning_vehicle(before, seen, known):
+    t = np.arange(0.0, seen + 10.0)
+    rest = np.where((t >= 5) & (t <= 5 + before), t - 5, 0.0)
+    held = np.where(t < seen, rest, t - seen)
+    level = Column(lambda: np.zeros(t.size), Conversion("rad"))
+    attitude = Message("ATTITUDE", None, t, t, np.arange(t.size), {"roll": level})
+    own = {**log_of(t, held).messages, "ATTITUDE": attitude}
+    material = Material(own, (0.0, seen + 10.0), (), (), {}, "by hand")
+    stirred = ((Channel("ATTITUDE", "roll"), 0.05),)
+    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling())
+    assert np.isfinite(found.value[t > seen]).all() == known
+    assert np.isfinite(found.value[t > seen]).any() == known

@@ -100,7 +100,8 @@ def as_ardupilot(own: Messages, vehicle: str) -> dict[str, Message]:
     table = data_table("mavlink_tlog")
     told = dict(own)
     for key, message in as_mavlink(own, vehicle, table="mavlink_tlog").items():
-        if key not in own:
+        is_denser = key in table["denser"] and key in own and len(message.t) > len(own[key].t)
+        if key not in own or is_denser:
             told[key] = message
         elif key in table["replaces"]:
             told[key] = replace(

@@ -47,6 +47,7 @@ _OPERATORS: Final[dict[str, Callable[[Any, Any], Any]]] = {
     **{">": operator.gt, "<": operator.lt},
 }
 _UNIT_NORM: Final = 0.1  # a quaternion further from length 1 is none (all zero: not set)
+_PRESSURE_MOST: Final = 2e5  # Pa; no air is that dense
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +162,11 @@ def _height_wanted(error: Floats, roll: Floats, pitch: Floats) -> Floats:
     return error if is_new else -error
 
 
+def _pressure(told: Floats) -> Floats:
+    """Return an air pressure that some versions of PX4 send as Pa in a field of hPa."""
+    return np.where(told > _PRESSURE_MOST, told / 100, told)
+
+
 def _norm(*parts: Floats) -> Floats:
     squares = sum((part * part for part in parts[1:]), parts[0] * parts[0])
     return np.sqrt(squares)
@@ -177,6 +183,7 @@ FUNCTIONS: Final[dict[str, Function]] = {
     "wrap": Function(wrap, ("rad",)),  # to -pi..pi
     "heading": Function(_heading, ("rad",)),  # to 0..2 pi
     "height_wanted": Function(_height_wanted, ("m", "rad", "rad"), "m"),  # of PX4
+    "pressure": Function(_pressure, ("Pa",), "Pa"),  # likewise
 }
 
 
