@@ -32,7 +32,7 @@ from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.residuals import Bank
 from fdi.residuals.respond import Stretch, respond, stretch
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 
 Shape = Literal["bias", "drift"]
 

@@ -15,7 +15,16 @@ from fdi.model.expression import CONSTANTS, SAMPLED, Apply, Expression, symbols,
 from fdi.telemetry import Channel
 
 STATES: Final = frozenset(
-    {"armed", "airborne", "mode", "phase", "controls_attitude", "controls_height", "step"}
+    {
+        "armed",
+        "airborne",
+        "mode",
+        "phase",
+        "controls_attitude",
+        "controls_height",
+        "wing_borne",
+        "step",
+    }
 )
 """What every condition knows: the flight state, and the time between two samples, s."""
 MEASURED: Final = "measured"

@@ -6,17 +6,12 @@ and never after an impact, or on its back: what breaks then is no cause.
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.ends import OVER_S
-from fdi.telemetry.events import Flight
+from fdi.telemetry.events import SETTLING_S, Flight
 from fdi.telemetry.signals import Signals
-
-SETTLING_S: Final = 5.0
-"""After take-off filters and controllers settle, s; read off healthy simulated flights."""
 
 
 def in_air(flight: Flight) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +29,13 @@ Kind = Literal[
     "parameter",
     "reboot",
     "sensor",
+    "lift",
 ]
+
+
+SETTLING_S: Final = 5.0
+"""After take-off, and from rotors to wings, filters and controllers settle, s; read off healthy
+simulated flights."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +108,8 @@ class FlightState(Shown):
 
     ``controls_attitude``: the autopilot keeps an attitude that somebody demands;
     ``controls_height``: it keeps a height or a rate of climb as well, with engine or motors.
+    ``wing_borne``: it is in the air, and if it could be carried by rotors, wings have carried it
+    for a few seconds.
     """
 
     t: Floats
@@ -111,6 +119,7 @@ class FlightState(Shown):
     phase: NDArray[Any]
     controls_attitude: NDArray[np.bool_]
     controls_height: NDArray[np.bool_]
+    wing_borne: NDArray[np.bool_]
 
     def part(self, span: slice) -> FlightState:
         """Return the state at some of the times."""
@@ -153,7 +162,19 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     controls = data_table("modes_controls")
     height = np.isin(mode.astype(str), controls["height"])
     attitude = height | np.isin(mode.astype(str), controls["attitude"])
-    return FlightState(at, armed, np.asarray(airborne, np.bool_), mode, phase, attitude, height)
+    air = np.asarray(airborne, np.bool_)
+    wings = air & _on_wings(at, [(e.t, e.text) for e in events if e.kind == "lift"])
+    return FlightState(at, armed, air, mode, phase, attitude, height, wings)
+
+
+def _on_wings(at: Floats, lift: Sequence[tuple[float, str]]) -> NDArray[np.bool_]:
+    """Return where wings have carried a vehicle for a while; everywhere if nothing else may."""
+    if not lift:
+        return np.ones(at.size, np.bool_)
+    times, texts = zip(*lift, strict=True)
+    last = _latest(times, at)
+    wings = np.array(texts)[last] == "wings"
+    return np.asarray(wings & (at >= np.array(times)[last] + SETTLING_S))
 
 
 def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:

@@ -23,6 +23,7 @@ from fdi.telemetry.copies import Copy, compare_channels
 from fdi.telemetry.ends import FlightEnd, find_ends
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
+from fdi.telemetry.lift import lift_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.sensors import sensor_events
@@ -202,7 +203,11 @@ class Log:
         """All events in the order of time: those reported, and what the data show of flights."""
         if "events" not in self._cache:
             flights = self.flights
-            found_in_data = [*flight_events(flights), *sensor_events(self.messages, flights)]
+            found_in_data = [
+                *flight_events(flights),
+                *sensor_events(self.messages, flights),
+                *lift_events(self.messages, self.reported, self.span[0], self.vehicle),
+            ]
             events = [*self.reported, *found_in_data]
             self._cache["events"] = tuple(sorted(events, key=lambda e: (e.t, e.kind)))
         found: tuple[Event, ...] = self._cache["events"]

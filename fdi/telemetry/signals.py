@@ -95,7 +95,7 @@ class Request(Shown):
         A stillness is unknown until one of these has moved by so much, SI, since it began, or
         until it lasts far longer than any before.
     silence : bool
-        How long the message has been silent while its like go on, instead.
+        How long the field has not been told while messages like its own go on, instead.
     reported : callable or None
         Computes the accuracy that the message itself reports, from ``told``, its fields.
     latency, latency_accuracy : float
@@ -329,7 +329,8 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
     if message is None or any(name not in message for name in names):
         return Records(np.empty(0), np.empty(0), request.circular)
     if request.silence:
-        return _silence(message, material.messages.values())
+        field = request.channel.field.partition(":")[0]  # of ``FIELD:silent``
+        return _silence(message, field, material.messages.values())
     every = sampling.clock == "record"
     t = message.stamp if every else message.t
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
@@ -383,17 +384,37 @@ def _stiller_than_ever(t: Floats, held: Floats) -> NDArray[np.bool_]:
     return (still > _STILLER * before) & (seen > np.maximum(_STILLER * still, _SEEN))
 
 
-def _silence(message: Message, others: Iterable[Message]) -> Records:
-    """Return how long, s, a message has been silent while its like go on.
+def _silence(message: Message, field: str, others: Iterable[Message]) -> Records:
+    """Return how long, s, a field has not been told while messages go on.
+
+    Where the field's own message goes on and calls it unknown, the clock tells; otherwise messages
+    like its own do.
+    """
+    if field not in message:
+        return Records(np.empty(0), np.empty(0), False)
+    known = np.isfinite(message.si(field))
+    told = message.t[known]
+    if len(told) < _EXPECTED:
+        return Records(np.empty(0), np.empty(0), False)
+    like = _like_silence(message, told, others)
+    # while its own message goes on without it, that alone tells
+    before = np.searchsorted(message.t, like.t, side="right") - 1
+    like_rows = (before < 0) | known[before]
+    own = message.t[~known & (message.t > told[0])]
+    lasted = own - told[np.searchsorted(told, own) - 1]
+    t = np.concatenate([like.t[like_rows], own])
+    order = np.argsort(t, kind="stable")
+    return Records(t[order], np.concatenate([like.value[like_rows], lasted])[order], False)
+
+
+def _like_silence(message: Message, told: Floats, others: Iterable[Message]) -> Records:
+    """Return how long, s, nothing has been told while messages like this one go on.
 
     Those are the messages that come at most twice as often and as seldom. Time is counted in their
     records (the median of them all): a radio link loses what is sent at one moment together, and
     for seconds. Five periods are none: a link that loses every second message loses five in a row
     once in 32 times. Before the first record it is unknown, and so it is with fewer than two alike.
     """
-    unknown = Records(np.empty(0), np.empty(0), False)
-    if len(message) < _EXPECTED:
-        return unknown
     period = float(np.median(np.diff(message.t)))
     like = [
         other.t
@@ -404,10 +425,10 @@ def _silence(message: Message, others: Iterable[Message]) -> Records:
         and 1 / _LIKE <= float(np.median(np.diff(other.t))) / period <= _LIKE
     ]
     if len(like) < _WITNESSES:
-        return unknown
+        return Records(np.empty(0), np.empty(0), False)
     t = np.unique(np.concatenate(like))
-    since = np.searchsorted(message.t, t, side="right") - 1
-    last = message.t[since]
+    since = np.searchsorted(told, t, side="right") - 1
+    last = told[since]
     heard = [
         np.searchsorted(o, t, side="right") - np.searchsorted(o, last, side="right") for o in like
     ]

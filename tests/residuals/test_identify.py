@@ -15,7 +15,7 @@ from fdi.model.parameters import with_learned
 from fdi.model.system import Estimate
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.identify import STRETCH_S, fit_linear, fit_with_halves, identified
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 
 from .build import airframe
 from .test_evaluate import RATE, signals

@@ -228,6 +228,19 @@ def test_a_link_that_loses_everything_silences_no_sensor():
     assert found.value.max() == 0.0
 
 
+def test_a_field_that_its_own_message_calls_unknown_is_silent_from_its_last_value_on():
+    own = quiet(*((key, (70, 80)) for key in ("SCALED_PRESSURE", "HEARTBEAT", "SYSTEM_TIME")))
+    barometer = own["SCALED_PRESSURE"]
+    value = np.where(barometer.t < 30, 99_000.0, np.nan)
+    column = Column(lambda: value, Conversion("Pa"))
+    own["SCALED_PRESSURE"] = replace(barometer, columns={"press_abs": column}, _cache={})
+    found = silence(own)
+    last = barometer.t[barometer.t < 30][-1]
+    gone = found.t > last + 0.5
+    assert found.value[~gone].max() == 0.0
+    assert found.value[gone] == pytest.approx(found.t[gone] - last)
+
+
 def test_silence_is_unknown_without_messages_of_its_rate():
     assert not silence(quiet(("SCALED_PRESSURE", (30, 60)))).t.size
 

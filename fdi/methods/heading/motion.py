@@ -17,8 +17,9 @@ from fdi.methods.heading.geodesy import metres_per_radian, wrap
 from fdi.methods.setup.records import Series, attitude, series
 from fdi.model.world import world_value
 from fdi.telemetry import Log
-from fdi.telemetry.airtime import SETTLING_S, in_air
+from fdi.telemetry.airtime import in_air
 from fdi.telemetry.ends import OVER_S
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 
 Bools = NDArray[np.bool_]

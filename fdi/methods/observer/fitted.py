@@ -22,7 +22,7 @@ from fdi.methods.observer.states import ANGLES, RATES, VELOCITY
 from fdi.methods.observer.vehicle import GRAVITY, Vehicle, mixing
 from fdi.methods.setup.moments import DELAYS_S, LAGS_S, LENGTHS, explain, intervals
 from fdi.methods.setup.records import Series, Stretch
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import Motor
 

@@ -19,7 +19,8 @@ from fdi.methods.observer.observer import Observer, Record, begin, design, step
 from fdi.methods.observer.records import FROM, LATE_S, Rows, rows_of
 from fdi.methods.observer.vehicle import REFERENCE_QUADROTOR, Vehicle
 from fdi.telemetry import Log
-from fdi.telemetry.airtime import SETTLING_S, in_air
+from fdi.telemetry.airtime import in_air
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 
 
