@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from fdi.decision import load_policy
 from fdi.errors import FdiError, OutputError
@@ -138,7 +138,7 @@ def batch(
         with _lines(out, done.values()) as add, work as found:
             for k, row in found:
                 number = left[k]
-                done[number] = {**_placed(row, out), "fingerprint": marks[number]}
+                done[number] = {**_storable(_placed(row, out)), "fingerprint": marks[number]}
                 add(done[number])
                 if progress:
                     progress(Path(row["path"]).name, len(done) / len(jobs))
@@ -177,6 +177,15 @@ def _placed(row: Row, out: Path) -> Row:
     if row["report"] is None:
         return row
     return {**row, "report": f"{beside(out, 'reports').name}/{Path(row['report']).name}"}
+
+
+def _storable(value: Any) -> Any:
+    r"""Return a row without letters that no file of text holds: ``\udcff`` of a name, spelt out."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "backslashreplace").decode()
+    if isinstance(value, dict):
+        return {name: _storable(inner) for name, inner in value.items()}
+    return [_storable(inner) for inner in value] if isinstance(value, list) else value
 
 
 def _as_now(row: Row, out: Path) -> Row:

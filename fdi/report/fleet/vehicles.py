@@ -94,7 +94,7 @@ def _vehicle(places: Sequence[int], rows: Sequence[Row]) -> Vehicle:
     first = rows[places[0]]
     is_dated = all(rows[place]["start_utc"] for place in places)
     ordered = sorted(places, key=lambda p: rows[p]["start_utc"]) if is_dated else list(places)
-    kind = first["hardware_kind"]
+    kind = first["hardware_kind"] or "none"
     name = f"{first['vehicle']}, {first['autopilot']}, system {first['system_id']}"
     doubt = {
         "board": "",
