@@ -8,7 +8,8 @@ the current, and the two are not sampled at one moment. This is the resistance t
 seconds feels, larger than what a meter shows at 1 kHz.
 
 How well it is known follows from how the blocks differ, not from the scatter of the seconds, which
-err alike. A current that hardly changes tells nothing, and gives no value.
+err alike. A current that hardly changes tells nothing, and gives no value; nor does a voltage that
+stands still, which is a monitor's or a simulator's own, and no battery's.
 
 References
 ----------
@@ -29,7 +30,9 @@ from fdi.trends.blocks import LEAST, Mean, block_edges, block_means, widening
 SECOND: Final = 1.0
 CLEAR: Final = 10.0
 """Variance of the current's changes over that of its noise: less makes the slope a tenth too small
-and more. Chosen: 5 and 20 leave or drop few flights (docs/batch.md)."""
+and more. Chosen; how many flights 5 and 20 leave: docs/batch.md."""
+STILL: Final = 1e-6
+"""V: less is rounding."""
 LEAST_SECONDS: Final = 5
 """Of a block, for a straight line and something left of it."""
 
@@ -62,16 +65,17 @@ def resistance(
         return None
     means = block_means(t, np.array([voltage, current]), np.append(seconds, seconds[-1] + SECOND))
     middle = seconds + SECOND / 2
-    common, leading = [], []
+    common, leading, following = [], [], 0.0
     for low, high in pairwise(edges):
         inside = (middle >= low) & (middle < high) & np.isfinite(means).all(axis=0)
         if inside.sum() >= LEAST_SECONDS:
             volts, amperes = (_off_line(middle[inside], row[inside]) for row in means)
             common.append(float(volts @ amperes))
             leading.append(float(amperes @ amperes))
+            following += float(volts @ volts)
     total = sum(leading)
     noise = _noise(t, current, start, end) * sum(map(bool, leading)) * len(middle) / len(edges)
-    if len(common) < LEAST or not total > CLEAR * noise:
+    if len(common) < LEAST or not total > CLEAR * noise or following < STILL**2 * len(seconds):
         return None
     value = -sum(common) / total
     left = [c + value * i for c, i in zip(common, leading, strict=True)]

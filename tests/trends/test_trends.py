@@ -137,6 +137,10 @@ def test_a_current_that_shows_nothing_but_noise_tells_no_resistance():
     assert resistance(T, voltage, np.full(len(T), 20.0), *IN_AIR) is None
 
 
+def test_a_voltage_that_stands_still_is_no_battery_without_resistance():
+    assert resistance(T, np.full(len(T), 12.6), battery(0.03)[1], *IN_AIR) is None
+
+
 def test_a_battery_that_nobody_measures_tells_no_resistance():
     current = battery(0.03)[1]
     told = {"voltages[0]": np.full(len(T), 0.05), "current_battery": current}
