@@ -28,6 +28,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from fdi.errors import FdiError, LogError, OutputError, UsageError
+from fdi.report.fleet.flagged import ENDS, is_flagged
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
@@ -38,8 +39,6 @@ Work = Callable[["Job"], Row]
 
 AHEAD: Final = 4
 """Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
-ENDS: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
-"""How a flight may end, the worst first."""
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -76,8 +75,6 @@ def analyze_log(job: Job) -> Row:
 
 def _reported(job: Job, found: Analysis, row: Row) -> Row:
     """Return a row after its report is written, if one is asked for."""
-    from fdi.report.fleet.flagged import is_flagged
-
     if job.report is None or not (job.reports == "all" or is_flagged(row)):
         return row
     try:

@@ -121,8 +121,7 @@ def _tell_unwritten(found: Sequence[Row]) -> None:
 
 def _looks(found: Sequence[Row]) -> Iterator[str]:
     """Yield a line about each log that needs a look, the worst end first."""
-    from fdi.fleet import ENDS
-    from fdi.report.fleet.flagged import reasons
+    from fdi.report.fleet.flagged import ENDS, reasons
 
     ranks = {how: rank for rank, how in enumerate(ENDS)}
     told = [(row, why) for row in found if (why := "; ".join(reasons(row)))]

@@ -13,7 +13,7 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from fdi import __version__
-from fdi.report.fleet.flagged import bad_end, is_flagged
+from fdi.report.fleet.flagged import ENDS, bad_end, is_flagged
 from fdi.report.fleet.sparks import CURVES, spark_svg
 from fdi.report.fleet.vehicles import told_of, vehicles_of
 from fdi.report.page.script import policy_of, script, style
@@ -29,8 +29,6 @@ _ENDS: Final = {
     "on_ground": "stayed on the ground",
     None: "no flight",
 }
-_RANK: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
-"""As `fdi.fleet.ENDS`, the worst first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +131,8 @@ def _line(number: int, row: Row) -> Line:
 
 def _rank(row: Row) -> int:
     if row["lost_control_s"] is not None and row["ended"] != "impact":
-        return _RANK.index("control_lost")
-    return _RANK.index(row["ended"]) if row["ended"] in _RANK else len(_RANK)
+        return ENDS.index("control_lost")
+    return ENDS.index(row["ended"]) if row["ended"] in ENDS else len(ENDS)
 
 
 def _spark(name: str, row: Row) -> str:

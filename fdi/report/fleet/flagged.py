@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+ENDS: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
+"""How a flight may end, the worst first."""
 BADLY: Final = {"impact": "hit the ground", "failsafe": "ended in a failsafe"}
 
 
