@@ -7,6 +7,10 @@ an older table and of such lines are kept where the log (size and time of change
 libraries, model and policy (their content) are the same. A row that is damaged is told and made
 anew, and so is one whose worker died.
 
+Beside the table may stand, made from the same rows: the page for an operator (``NAME.html``), the
+rows as JSON lines (``NAME.ndjson``), and the reports of logs (``NAME.reports/``), which are written
+while a log's analysis is at hand. `Beside` says which.
+
 One run at a time works on a table: it holds a lock of the operating system on ``.NAME.lock``,
 which ends with the process, however that ends; the file itself means nothing.
 """
@@ -16,35 +20,79 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, Literal
 
 from fdi.decision import load_policy
 from fdi.errors import FdiError, OutputError
-from fdi.fleet import Job, Row, rows
+from fdi.fleet import Job, Reports, Row, rows
 from fdi.model import load_airframe
 from fdi.model.load import models_folder
+from fdi.report.fleet.flagged import is_flagged
 from fdi.report.folder import write_file
-from fdi.table import is_table, line_of, row_of, rows_of, table_of
+from fdi.table import is_table, line_of, plain_line_of, row_of, rows_of, table_of
 from fdi.telemetry.search import state
 
+Kind = Literal["html", "ndjson"]
 Progress = Callable[[str, float], None]
 Tell = Callable[[str], None]
 
 _TRIED_AGAIN: Final = "WorkerDied"
+LONGEST_STEM: Final = 60
+"""Letters of a log's name in that of its report's folder."""
+_ODD: Final = re.compile(r"[^\w.+ -]")
+_SEEN: Final = 4096
+_OURS: Final[dict[Kind, bytes]] = {
+    "html": b'<meta name="generator" content="uav-fdi batch',
+    "ndjson": b'{"path": ',
+}
+"""What stands at the beginning of a file of ours."""
 _LIBRARIES: Final = ("numpy", "scipy", "pandas", "sympy", "pymavlink")
 """What the numbers in a row go through; another version may give others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """What is written beside a table.
+
+    Attributes
+    ----------
+    html, ndjson : bool
+        The page for an operator; the rows as JSON lines.
+    reports : str or None
+        Of ``flagged`` logs (ended badly, or somebody is accused), of ``all``, or of none.
+    """
+
+    html: bool = False
+    ndjson: bool = False
+    reports: Reports | None = None
+
+    def kinds(self) -> tuple[Kind, ...]:
+        """Return which files are written."""
+        return (*(("html",) if self.html else ()), *(("ndjson",) if self.ndjson else ()))
+
+
+TABLE_ALONE: Final = Beside()
+
+
+def beside(out: Path, kind: str) -> Path:
+    """Return the place beside a table: its name with another end."""
+    name = out.stem if out.suffix == ".parquet" else out.name
+    return out.with_name(f"{name}.{kind}")
 
 
 def batch(
     jobs: Sequence[Job],
     out: Path,
     *,
+    also: Beside = TABLE_ALONE,
     workers: int = 1,
     cluster: str | None = None,
     resume: bool = False,
@@ -57,6 +105,8 @@ def batch(
     ----------
     jobs : sequence of Job
     out : Path
+    also : Beside
+        What is written beside the table.
     workers, cluster
         As of `fdi.fleet.rows`.
     resume : bool
@@ -76,22 +126,77 @@ def batch(
     """
     with _alone(out):
         _check_place(out, resume=resume)
+        for kind in also.kinds():
+            _check_file(beside(out, kind), kind)
+        jobs = [_with_report(job, out, also.reports) for job in jobs]
         marks = fingerprints(jobs)
         kept = {row["fingerprint"]: row for row in _earlier(out, tell)} if resume else {}
-        done = {i: kept[mark] for i, mark in enumerate(marks) if mark in kept}
+        found_before = {i: _as_now(kept[m], out) for i, m in enumerate(marks) if m in kept}
+        done = {i: row for i, row in found_before.items() if not _lacks_report(row, jobs[i])}
         left = [i for i in range(len(jobs)) if i not in done]
         work = closing(rows([jobs[i] for i in left], workers=workers, cluster=cluster))
         with _lines(out, done.values()) as add, work as found:
             for k, row in found:
                 number = left[k]
-                done[number] = {**row, "fingerprint": marks[number]}
+                done[number] = {**_storable(_placed(row, out)), "fingerprint": marks[number]}
                 add(done[number])
                 if progress:
                     progress(Path(row["path"]).name, len(done) / len(jobs))
         ordered = [done[i] for i in range(len(jobs))]
         write_file(out, table_of(ordered))
+        for kind in also.kinds():
+            write_file(beside(out, kind), _content(kind, ordered, out))
         _beside(out).unlink()
     return ordered
+
+
+def _content(kind: Kind, found: Sequence[Row], out: Path) -> bytes:
+    """Return what a file beside the table holds."""
+    if kind == "html":
+        from fdi.report.fleet.document import fleet_page
+
+        return fleet_page(found, out.name).encode()
+    return "".join(map(plain_line_of, found)).encode()
+
+
+def _with_report(job: Job, out: Path, wanted: Reports | None) -> Job:
+    """Return a job with the place of its report: the log's name, and a digest of its path.
+
+    Logs of one name in several folders stay apart, whichever else are given.
+    """
+    if wanted is None:
+        return job
+    digest = hashlib.sha256(job.path.encode("utf-8", "surrogateescape")).hexdigest()
+    stem = _ODD.sub("_", Path(job.path).stem)[:LONGEST_STEM]
+    place = beside(out, "reports") / f"{stem}-{digest[:8]}.fdi"
+    return replace(job, report=str(place.absolute()), reports=wanted)
+
+
+def _placed(row: Row, out: Path) -> Row:
+    """Return a row whose report is named from the table on, so that both move together."""
+    if row["report"] is None:
+        return row
+    return {**row, "report": f"{beside(out, 'reports').name}/{Path(row['report']).name}"}
+
+
+def _storable(value: Any) -> Any:
+    r"""Return a row without letters that no file of text holds: ``\udcff`` of a name, spelt out."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "backslashreplace").decode()
+    if isinstance(value, dict):
+        return {name: _storable(inner) for name, inner in value.items()}
+    return [_storable(inner) for inner in value] if isinstance(value, list) else value
+
+
+def _as_now(row: Row, out: Path) -> Row:
+    """Return a row of before; a report that is no longer there is none."""
+    told = row["report"]
+    return row if told is None or (out.parent / told).is_dir() else {**row, "report": None}
+
+
+def _lacks_report(row: Row, job: Job) -> bool:
+    wanted = job.report is not None and row["error"] is None
+    return wanted and row["report"] is None and (job.reports == "all" or is_flagged(row))
 
 
 def fingerprints(jobs: Sequence[Job]) -> list[str | None]:
@@ -221,6 +326,33 @@ def _check_place(out: Path, *, resume: bool) -> None:
             "holds what an interrupted run has found",
             where=str(lines),
             hint="go on with --resume, or remove the file to begin anew",
+        )
+
+
+def _check_file(path: Path, kind: Kind) -> None:
+    """Refuse a file in the way that is not one of ours, before the work is done.
+
+    Raises
+    ------
+    OutputError
+        There is something else.
+    """
+    if path.is_symlink():
+        raise OutputError("is a symbolic link, which is not followed", where=str(path))
+    if not path.exists():
+        return
+    if not path.is_file():
+        raise OutputError("exists and is no file", where=str(path))
+    try:
+        with path.open("rb") as file:
+            first = file.read(_SEEN)
+    except OSError as error:
+        raise OutputError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    if first and _OURS[kind] not in first:
+        raise OutputError(
+            f"exists, and fdi batch did not write it; the {kind} of the table has this name",
+            where=str(path),
+            hint="move it away, or name another table",
         )
 
 

@@ -1,9 +1,11 @@
 """How are many logs analysed? One function over logs, here or on a cluster.
 
 `analyze_log` turns one job into one row of plain values and never raises: a log that cannot be
-read, or a defect of ours, is a row that says so. `rows` maps it over jobs in worker processes, or
-hands the same function to a `dask.distributed` cluster; the rows come back in any order, each with
-the number of its job. A worker that dies (killed for its memory, aborted) costs its own log only.
+read, or a defect of ours, is a row that says so. It also writes the log's report where one is asked
+for, since the analysis is at hand there and nowhere else. `rows` maps it over jobs in worker
+processes, or hands the same function to a `dask.distributed` cluster; the rows come back in any
+order, each with the number of its job. A worker that dies (killed for its memory, aborted) costs
+its own log only.
 """
 
 from __future__ import annotations
@@ -19,34 +21,47 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
-from fdi.errors import FdiError, LogError, UsageError
+from fdi.errors import FdiError, LogError, OutputError, UsageError
+from fdi.report.fleet.flagged import ENDS, is_flagged
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
 
+Reports = Literal["flagged", "all"]
 Row = dict[str, Any]
 Work = Callable[["Job"], Row]
 
 AHEAD: Final = 4
 """Jobs handed out per worker before the first is done: keeps them busy, and memory bounded."""
-ENDS: Final = ("impact", "control_lost", "failsafe", "in_air", "landed", "on_ground")
-"""How a flight may end, the worst first."""
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One log and how to analyse it. ``path`` may be a URL that fsspec opens."""
+    """One log and how to analyse it.
+
+    Attributes
+    ----------
+    path : str
+        May be a URL that fsspec opens.
+    model, policy : str
+    report : str or None
+        The folder of its report, none without.
+    reports : str
+        ``flagged``: write it where a flight ended badly or somebody is accused; ``all``: always.
+    """
 
     path: str
     model: str = "auto"
     policy: str = "default"
+    report: str | None = None
+    reports: Reports = "flagged"
 
 
 def analyze_log(job: Job) -> Row:
@@ -55,7 +70,18 @@ def analyze_log(job: Job) -> Row:
     Every row has the same keys. ``error`` is None, or one line; ``error_kind`` is then the name of
     the exception.
     """
-    return row_of_log(job, told)
+    return row_of_log(job, lambda found: _reported(job, found, told(found)))
+
+
+def _reported(job: Job, found: Analysis, row: Row) -> Row:
+    """Return a row after its report is written, if one is asked for."""
+    if job.report is None or not (job.reports == "all" or is_flagged(row)):
+        return row
+    try:
+        found.report(job.report)
+    except OutputError as error:  # the answer about the log is not lost for that
+        return {**row, "report_error": str(error)}
+    return {**row, "report": job.report}
 
 
 def row_of_log(job: Job, tell: Callable[[Analysis], Row]) -> Row:
@@ -95,9 +121,13 @@ def _empty(job: Job) -> Row:
         "sha256": None,
         "bytes": None,
         "duration_s": None,
+        "start_utc": None,
         "vehicle": None,
         "autopilot": None,
         "firmware": None,
+        "system_id": None,
+        "hardware": None,
+        "hardware_kind": None,
         "flights": None,
         "airborne_s": None,
         "ended": None,
@@ -115,6 +145,10 @@ def _empty(job: Job) -> Row:
         "not_testable": [],
         "quality": [],
         "warnings": [],
+        "trends": [],
+        "curves": [],
+        "report": None,
+        "report_error": None,
         "timings_s": {},
         "seconds": None,
         "error": None,
@@ -124,16 +158,26 @@ def _empty(job: Job) -> Row:
 
 def told(found: Analysis) -> Row:
     """Return what an analysis says about its log."""
+    from fdi.report.fleet.sparks import curves_of
+    from fdi.report.words import clean
+    from fdi.telemetry.identity import identity_of
+    from fdi.trends import trends_of
+
     log, tree = found.log, found.document()
+    identity = identity_of(log)
     spans = [flight.airborne for flight in log.flights]
     return {
         "format": log.format,
         "sha256": log.sha256,
         "bytes": log.bytes,
         "duration_s": tree["log"]["duration_s"],
+        "start_utc": tree["log"]["start_utc"],
         "vehicle": log.vehicle,
         "autopilot": log.autopilot,
         "firmware": log.firmware,
+        "system_id": log.system_id,
+        "hardware": clean(identity.hardware),
+        "hardware_kind": identity.kind,
         "flights": len(log.flights),
         "airborne_s": round(sum(high - low for low, high in spans), 3),
         **_worst(tree.get("ends", [])),
@@ -152,6 +196,8 @@ def told(found: Analysis) -> Row:
             for item in tree["quality"]
         ],
         "warnings": tree["warnings"],
+        "trends": [asdict(trend) for trend in trends_of(found)],
+        "curves": curves_of(log),
         "timings_s": tree["timings_s"],
     }
 

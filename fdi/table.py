@@ -7,7 +7,11 @@ line without it), so that a damaged row is told from a true one.
 ``accused``, ``consequences``, ``ruled_out``, ``not_testable`` and ``warnings`` are lists of text,
 ``findings`` and ``quality`` lists of structs, ``timings_s`` a map. ``ended``, ``end_s``,
 ``end_speed`` (m/s) and ``lost_control_s`` say how the flight ended that ended worst; ``outlook`` is
-what a glance should tell; ``fingerprint`` is what a row is known by when work is resumed.
+what a glance should tell; ``hardware`` is what tells the vehicle from others (``hardware_kind``:
+``board``, ``sensors``, ``none``); ``trends`` (SI, `fdi.trends`) and ``curves`` (height and speed in
+a few samples, customary units) are what the page of a fleet shows; ``report`` is the folder of the
+log's report, beside the table, or ``report_error`` why there is none; ``fingerprint`` is what a
+row is known by when work is resumed.
 """
 
 from __future__ import annotations
@@ -40,15 +44,27 @@ _FINDING: Final = {
     "rivals": [{"component": "string", "probability": "double"}],
     "text": "string",
 }
+_TREND: Final = {
+    "quantity": "string",
+    "part": "string",
+    "flight": "int64",
+    "value": "double",
+    "std": "double",
+    "unit": "string",
+}
 COLUMNS: Final[dict[str, Any]] = {
     "path": "string",
     "format": "string",
     "sha256": "string",
     "bytes": "int64",
     "duration_s": "double",
+    "start_utc": "string",
     "vehicle": "string",
     "autopilot": "string",
     "firmware": "string",
+    "system_id": "int64",
+    "hardware": "string",
+    "hardware_kind": "string",
     "flights": "int64",
     "airborne_s": "double",
     "ended": "string",
@@ -66,6 +82,10 @@ COLUMNS: Final[dict[str, Any]] = {
     "not_testable": ["string"],
     "quality": [{"kind": "string", "count": "int64", "text": "string"}],
     "warnings": ["string"],
+    "trends": [_TREND],
+    "curves": [{"name": "string", "unit": "string", "t": ["double"], "value": ["double"]}],
+    "report": "string",
+    "report_error": "string",
     "timings_s": "map",
     "seconds": "double",
     "error": "string",
@@ -77,6 +97,11 @@ COLUMNS: Final[dict[str, Any]] = {
 def line_of(row: Row) -> str:
     """Return a row as a line of JSON with its checksum."""
     return _text({**row, "check": _check(row)}) + "\n"
+
+
+def plain_line_of(row: Row) -> str:
+    """Return a row as a line of JSON for other programs: the columns of the table."""
+    return _text({name: row[name] for name in COLUMNS}) + "\n"
 
 
 def row_of(line: str) -> Row | None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -392,3 +393,120 @@ def test_a_url_of_an_unknown_kind_is_refused():
     pytest.importorskip("fsspec")
     with pytest.raises(UsageError):
         find_logs(["nowhere://logs/"])
+
+
+def wanted(**kinds):
+    return fdi.batch.Beside(**kinds)
+
+
+def test_page_lines_and_report_stand_beside_the_table(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    log = str(EXAMPLES / "copter_motor_failure_crash.tlog")
+    words = ["batch", log, "--out", "fleet.parquet", "--workers", "1"]
+    assert main([*words, "--html", "--ndjson", "--reports", "flagged"]) == 0
+    (told,) = pq.read_table("fleet.parquet").to_pylist()
+    assert told["report"].startswith("fleet.reports/copter_motor_failure_crash-")
+    assert Path(told["report"], "report.html").is_file()
+    page = Path("fleet.html").read_text("utf-8")
+    assert f'href="{told["report"]}/report.html"' in page
+    (line,) = map(json.loads, Path("fleet.ndjson").read_text("utf-8").splitlines())
+    assert {**line, "timings_s": list(line["timings_s"].items())} == told
+    assert {one["part"] for one in told["trends"]} >= {"motor_1", "compass_1"}
+    assert [curve["name"] for curve in told["curves"]] == ["height", "speed"]
+
+
+@pytest.fixture
+def reported(monkeypatch):
+    """Logs of which a report was written, in order: every second one is flagged."""
+    seen = []
+
+    def rows(jobs, **options):
+        for number, row in fake_rows(jobs, **options):
+            job = jobs[number]
+            row["accused"] = ["gps"] if Path(job.path).stem in "ac" else []
+            if job.report and (job.reports == "all" or row["accused"]):
+                Path(job.report).mkdir(parents=True)
+                row["report"] = job.report
+                seen.append(Path(job.path).name)
+            yield number, row
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+    return seen
+
+
+def test_a_report_that_is_there_is_kept_and_one_that_lacks_is_written(four, reported, tmp_path):
+    out = tmp_path / "t.parquet"
+    batch(four, out, also=wanted())
+    assert reported == []
+    found = batch(four, out, resume=True, also=wanted(reports="flagged"))
+    assert reported == ["a.tlog", "c.tlog"]
+    assert [row["report"] is not None for row in found] == [True, False, True, False]
+    batch(four, out, resume=True, also=wanted(reports="flagged"))
+    assert len(reported) == 2
+    shutil.rmtree(tmp_path / found[2]["report"])
+    batch(four, out, resume=True, also=wanted(reports="flagged"))
+    assert reported[2:] == ["c.tlog"]
+    batch(four, out, resume=True, also=wanted(reports="all"))
+    assert reported[3:] == ["b.tlog", "d.tlog"]
+
+
+@pytest.mark.parametrize("kind", ["html", "ndjson"])
+@pytest.mark.usefixtures("analysed")
+def test_a_file_in_the_way_that_is_not_ours_is_refused_and_one_of_ours_replaced(
+    four, tmp_path, kind
+):
+    out, also = tmp_path / "t.parquet", wanted(**{kind: True})
+    other = tmp_path / f"t.{kind}"
+    other.write_text("mine")
+    with pytest.raises(OutputError, match="did not write it"):
+        batch(four, out, also=also)
+    assert other.read_text() == "mine"
+    assert not out.exists()
+    other.unlink()
+    batch(four, out, also=also)
+    first = other.read_text()
+    batch(four, out, also=also)
+    assert other.read_text() == first != ""
+
+
+@pytest.mark.usefixtures("analysed")
+def test_without_asking_nothing_stands_beside_the_table(four, tmp_path):
+    batch(four, tmp_path / "t.parquet")
+    assert {one.name for one in tmp_path.iterdir() if one.name.startswith("t.")} == {"t.parquet"}
+
+
+def test_a_page_made_by_resuming_analyses_nothing_again(four, analysed, tmp_path):
+    batch(four, tmp_path / "t.parquet")
+    analysed.clear()
+    batch(four, tmp_path / "t.parquet", resume=True, also=wanted(html=True))
+    assert analysed == []
+    assert (tmp_path / "t.html").exists()
+
+
+def test_logs_of_one_name_have_reports_of_their_own(tmp_path, monkeypatch):
+    asked = []
+
+    def rows(jobs, **_):
+        asked.extend(jobs)
+        yield from fake_rows(jobs)
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+    jobs = [Job(f"/logs/{folder}/a<b>&c\udcff.bin") for folder in "xyz"]
+    batch(jobs, tmp_path / "t.parquet", also=wanted(reports="all"))
+    places = [Path(job.report) for job in asked]
+    assert len(set(places)) == 3
+    assert {place.parent for place in places} == {tmp_path / "t.reports"}
+    assert all(re.fullmatch(r"a_b__c_-[0-9a-f]{8}\.fdi", place.name) for place in places)
+    assert pq.read_table(tmp_path / "t.parquet")["path"][0].as_py() == "/logs/x/a<b>&c\\udcff.bin"
+
+
+def test_a_report_that_cannot_be_written_is_told_and_costs_no_row(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("t.reports").write_text("in the way")
+    log = str(EXAMPLES / "copter_motor_failure_crash.tlog")
+    code = main(["batch", log, "--out", "t.parquet", "--reports", "flagged", "--workers", "1"])
+    assert code == 5
+    assert "the report is not written" in capsys.readouterr().err
+    (row,) = pq.read_table("t.parquet").to_pylist()
+    assert row["accused"] == ["motor_1"]
+    assert row["report"] is None

@@ -48,6 +48,11 @@ def test_options_on_a_page_are_those_of_the_command(call):
     assert asked <= known | {"--help"}
 
 
+def test_the_readme_names_every_command():
+    listed = re.findall(r"^\.venv/bin/fdi (\w+)", (ROOT / "README.md").read_text("utf-8"), re.M)
+    assert set(listed) == set(group.commands)
+
+
 # docs/airframe.md is one model in pieces, which tests/test_airframe_page.py puts together
 @pytest.mark.parametrize("block", [b for b in blocks("yaml") if "airframe.md" not in b.id])
 def test_models_on_a_page_are_models_or_parts_of_one(block, tmp_path):

@@ -8,7 +8,8 @@ line with the right exit code. Words -> exit code.
 - ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``, ``evaluate.py``, ``batch.py``,
   ``calibrate.py``, ``inject.py``, ``fit.py``, ``estimator.py``, ``observe.py``, ``heading.py``,
   ``check.py``, ``vote.py``, ``figure.py``, ``compare.py``: one command each
-- ``options.py``: what means the same in several commands
+- ``options.py``: what means the same in several commands; ``one_flight.py``: what those share that
+  answer one question about one flight
 - ``completion.py``: what a shell offers while a word is typed
 - ``bus_error.py``: what is said when a mapped log is cut short
 - ``output.py``: standard output and error, progress

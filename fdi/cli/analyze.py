@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import METHODS, NO_PROGRESS, SYSTEM, model_option, policy_option
+from fdi.cli.options import METHODS, NO_PROGRESS, SYSTEM, force_option, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -105,11 +105,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     "component, or all. Writes no files without --out.",
 )
 @click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
-)
+@force_option()
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
 @click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
 @NO_PROGRESS

@@ -5,28 +5,36 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import rich_click as click
 
 from fdi.cli.completion import FILE
 from fdi.cli.options import NO_PROGRESS, QUIET, WORKERS, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar
-from fdi.errors import UsageError
+from fdi.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
     from fdi.fleet import Row
 
 MOST_NAMED: Final = 20
 """Logs that are named on a terminal; the table has them all."""
-_BADLY: Final = {"impact": "hit the ground", "failsafe": "ended in a failsafe"}
-"""A log that ends in the air is not among them: every second one does, and says no more by it."""
 
 
-@click.command(epilog="Example: fdi batch flights/ 'old/*.bin' --out fleet.parquet --workers 4")
+@click.command(epilog="Example: fdi batch flights/ --out fleet.parquet --html --reports flagged")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE.parquet", required=True, help="Table."
+)
+@click.option("--html", is_flag=True, help="Write a page about all logs, FILE.html.")
+@click.option("--ndjson", is_flag=True, help="Write the rows as JSON lines, too, FILE.ndjson.")
+@click.option(
+    "--reports",
+    type=click.Choice(["none", "flagged", "all"]),
+    default="none",
+    show_default=True,
+    help="Write the reports of logs to FILE.reports/: of those that ended badly or with an "
+    "accusation, or of all.",
 )
 @WORKERS
 @click.option("--cluster", metavar="ADDRESS", help="A dask.distributed scheduler; trusted only.")
@@ -38,6 +46,9 @@ _BADLY: Final = {"impact": "hit the ground", "failsafe": "ended in a failsafe"}
 def batch(
     paths: tuple[str, ...],
     out: Path,
+    html: bool,
+    ndjson: bool,
+    reports: Literal["none", "flagged", "all"],
     workers: int | None,
     cluster: str | None,
     resume: bool,
@@ -52,11 +63,15 @@ def batch(
     FILE.parquet.rows.jsonl, and --resume goes on from there; it also keeps the rows of a finished
     table, for logs that are as they were under the same model, policy and version of fdi. Prints
     which logs need a look: those that ended badly, with an accusation, or without an analysis.
+
+    The page of --html shows that for all logs, and how each vehicle changes over its flights.
     """
+    from fdi.batch import Beside, beside
     from fdi.batch import batch as run
     from fdi.decision import load_policy
     from fdi.fleet import Job
     from fdi.model import load_airframe
+    from fdi.report.fleet.flagged import bad_end
     from fdi.report.words import clean, plural
     from fdi.telemetry.search import find_logs
 
@@ -70,6 +85,7 @@ def batch(
         found = run(
             jobs,
             out,
+            also=Beside(html, ndjson, None if reports == "none" else reports),
             workers=workers if workers is not None else os.cpu_count() or 1,
             cluster=cluster,
             resume=resume,
@@ -80,42 +96,37 @@ def batch(
         accused = sum(bool(row["accused"]) for row in found)
         failed = sum(row["error"] is not None for row in found)
         told = f"{plural(len(found), 'log')} in {out}: {accused} with an accusation"
-        badly = sum(bool(_end(row)) for row in found)
+        badly = sum(bool(bad_end(row)) for row in found)
         lines = [f"{told}, {badly} ended badly, {failed} without an analysis", *_looks(found)]
+        if html:
+            lines.append(f"the page of all logs: {beside(out, 'html')}")
         answer("".join(f"{clean(line)}\n" for line in lines))
+    _tell_unwritten(found)
     return 0
+
+
+def _tell_unwritten(found: Sequence[Row]) -> None:
+    """Say which reports could not be written; everything else is.
+
+    Raises
+    ------
+    OutputError
+        There are some.
+    """
+    unwritten = [row["report_error"] for row in found if row["report_error"] is not None]
+    if unwritten:
+        more = f" (and {len(unwritten) - 1} more reports)" if len(unwritten) > 1 else ""
+        raise OutputError(f"the report is not written: {unwritten[0]}{more}")
 
 
 def _looks(found: Sequence[Row]) -> Iterator[str]:
     """Yield a line about each log that needs a look, the worst end first."""
-    from fdi.fleet import ENDS
+    from fdi.report.fleet.flagged import ENDS, reasons
 
     ranks = {how: rank for rank, how in enumerate(ENDS)}
-    told = [(row, why) for row in found if (why := "; ".join(_reasons(row)))]
+    told = [(row, why) for row in found if (why := "; ".join(reasons(row)))]
     told.sort(key=lambda each: (ranks.get(each[0]["ended"], len(ranks)), not each[0]["accused"]))
     for row, why in told[:MOST_NAMED]:
         yield f"  {row['path']}: {why}"
     if len(told) > MOST_NAMED:
         yield f"  and {len(told) - MOST_NAMED} more: columns ended, accused and error of the table"
-
-
-def _reasons(row: Row) -> Iterator[str]:
-    if row["error"] is not None:
-        yield f"no analysis: {row['error'].removeprefix(row['path'] + ': ')}"
-    if end := _end(row):
-        yield end
-    if row["accused"]:
-        yield f"{', '.join(row['accused'])} accused"
-
-
-def _end(row: Row) -> str:
-    """Return how a flight ended badly, "" where none did."""
-    words = []
-    if row["lost_control_s"] is not None:
-        words.append(f"lost control, {row['lost_control_s']:.1f} s")
-    elif row["ended"] == "control_lost":
-        words.append(f"lost control before {row['end_s']:.1f} s")
-    if row["ended"] in _BADLY:
-        speed = "" if row["end_speed"] is None else f" at {row['end_speed']:.1f} m/s"
-        words.append(f"{_BADLY[row['ended']]}{speed}, {row['end_s']:.1f} s")
-    return ", ".join(words)

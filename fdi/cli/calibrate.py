@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, QUIET, model_option, policy_option
+from fdi.cli.options import NO_PROGRESS, QUIET, force_option, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar
 from fdi.errors import OutputError, UsageError
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 )
 @model_option()
 @policy_option("What to begin with.", metavar="default|FILE")
-@click.option("--force", is_flag=True, help="Replace FILE where it exists.")
+@force_option("Replace FILE where it exists.")
 @QUIET
 @NO_PROGRESS
 def calibrate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import SYSTEM
+from fdi.cli.options import JSON, SYSTEM
 from fdi.cli.output import answer, show
 
 
@@ -13,7 +13,7 @@ from fdi.cli.output import answer, show
 @click.argument("log", metavar="LOG", type=FILE)
 @SYSTEM
 @click.option("--check", "fails", is_flag=True, help="Exit with 1 if anything is set up wrongly.")
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@JSON
 def check(log: str, system: int | None, fails: bool, as_json: bool) -> int:
     """Say what of LOG's vehicle was set up wrongly: motors, surfaces, sensors, thrust."""
     from fdi.methods.setup import check_setup

@@ -8,7 +8,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, SYSTEM, model_option, policy_option
+from fdi.cli.options import JSON, NO_PROGRESS, SYSTEM, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar, show
 from fdi.errors import UsageError
 
@@ -26,7 +26,7 @@ from fdi.errors import UsageError
 @model_option()
 @policy_option()
 @SYSTEM
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@JSON
 @click.option(
     "--figure",
     type=click.Path(path_type=Path),

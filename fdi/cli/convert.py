@@ -7,7 +7,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, QUIET, SYSTEM
+from fdi.cli.options import NO_PROGRESS, QUIET, SYSTEM, force_option
 from fdi.cli.output import answer, progress_bar
 
 
@@ -17,11 +17,7 @@ from fdi.cli.output import answer, progress_bar
     "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
 )
 @SYSTEM
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
-)
+@force_option()
 @QUIET
 @NO_PROGRESS
 def convert(

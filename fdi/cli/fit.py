@@ -9,7 +9,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import NO_PROGRESS, WORKERS, policy_option
+from fdi.cli.options import NO_PROGRESS, WORKERS, force_option, policy_option
 from fdi.cli.output import answer, progress_bar
 from fdi.errors import OutputError
 
@@ -23,7 +23,7 @@ from fdi.errors import OutputError
     help="Write the weights there; the package reads fdi/diagnosis/likelihood.json.",
 )
 @policy_option()
-@click.option("--force", is_flag=True, help="Replace FILE where it exists.")
+@force_option("Replace FILE where it exists.")
 @WORKERS
 @NO_PROGRESS
 def fit(

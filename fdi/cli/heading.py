@@ -7,8 +7,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import SYSTEM
-from fdi.cli.output import answer, show
+from fdi.cli.one_flight import Asked, asked_of_one_flight
 
 
 def read_assumed(
@@ -46,35 +45,17 @@ def read_assumed(
     metavar="BLOCK@S",
     help="With --recover: this block failed at that time, instead of the one that is named.",
 )
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for text, JSON and figures.",
-)
-@click.option("--flight", type=click.IntRange(min=1), metavar="N", help="By default the last one.")
-@SYSTEM
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Write over FILE, and into a folder that fdi did not make; a file in the way there is "
+@asked_of_one_flight(
+    "Folder for text, JSON and figures.",
+    force="Write over FILE, and into a folder that fdi did not make; a file in the way there is "
     "kept as NAME.1.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def heading(
-    log: str,
-    recovered: Path | None,
-    assume: tuple[str, float] | None,
-    out: Path | None,
-    flight: int | None,
-    system: int | None,
-    force: bool,
-    as_json: bool,
+    asked: Asked, log: str, recovered: Path | None, assume: tuple[str, float] | None
 ) -> int:
     """Cross-check the headings of LOG: compass, course, gyroscopes, estimator; name who is off."""
     from fdi.errors import UsageError
     from fdi.methods.heading import cross_check, recover
-    from fdi.report import check_folder, json_text
     from fdi.report.heading_document import heading_document
     from fdi.report.heading_files import FILES, write_heading
     from fdi.report.heading_text import heading_summary
@@ -84,19 +65,17 @@ def heading(
     if assume is not None and recovered is None:
         raise UsageError("--assume says what --recover FILE replaces, and there is no FILE")
     if recovered is not None:
-        check_file(recovered, force=force)
-    if out is not None:
-        check_folder(out, holds="headings", names=FILES, force=force)
-    found = read(log, system=system)
-    check = cross_check(found, None if flight is None else flight - 1)
+        check_file(recovered, force=asked.force)
+    asked.check("headings", FILES)
+    found = read(log, system=asked.system)
+    check = cross_check(found, asked.flight)
     recovery = None
     if recovered is not None:
         recovery = recover(found, check, *(assume or ()))
-        write_recovered(recovery, recovered, force=force)
-    if out is not None:
-        write_heading(found, check, recovery, out, force=force)
-    if as_json:
-        answer(json_text(heading_document(found, check, recovery)))
-    else:
-        show(heading_summary(found, check, recovery))
+        write_recovered(recovery, recovered, force=asked.force)
+    asked.tell(
+        page=lambda: heading_summary(found, check, recovery),
+        document=lambda: heading_document(found, check, recovery),
+        write=lambda out: write_heading(found, check, recovery, out, force=asked.force),
+    )
     return 0

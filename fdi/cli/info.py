@@ -5,14 +5,14 @@ from __future__ import annotations
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import SYSTEM
+from fdi.cli.options import JSON, SYSTEM
 from fdi.cli.output import answer, show
 
 
 @click.command(epilog="Example: fdi info flight.tlog --json")
 @click.argument("log", metavar="LOG", type=FILE)
 @SYSTEM
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@JSON
 def info(log: str, system: int | None, as_json: bool) -> int:
     """Say what is in LOG: vehicle, flights, what happened, messages with rates, damage."""
     from fdi.telemetry import read

@@ -7,7 +7,7 @@ from pathlib import Path
 import rich_click as click
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import QUIET, model_option
+from fdi.cli.options import QUIET, force_option, model_option
 from fdi.cli.output import answer
 from fdi.errors import OutputError
 
@@ -28,7 +28,7 @@ from fdi.errors import OutputError
     "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
 )
 @model_option("Says which channels a COMPONENT has.")
-@click.option("--force", is_flag=True, help="Replace FILE where it exists.")
+@force_option("Replace FILE where it exists.")
 @QUIET
 def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
     """Write LOG with a fault, in the same format, everything else as it was.

@@ -19,6 +19,14 @@ WORKERS: Final = click.option(
 )
 QUIET: Final = click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
 NO_PROGRESS: Final = click.option("--no-progress", is_flag=True, help="No progress bar.")
+JSON: Final = click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+
+
+def force_option(
+    said: str = "Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+) -> Callable[[F], F]:
+    """Return the option ``--force`` of a command that writes, with what its help says."""
+    return click.option("--force", is_flag=True, help=said)
 
 
 def read_methods(

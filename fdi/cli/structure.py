@@ -9,6 +9,7 @@ from typing import Final
 import rich_click as click
 
 from fdi.cli.completion import FILE, model_names
+from fdi.cli.options import JSON
 from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
@@ -32,7 +33,7 @@ PICTURES: Final = ("png", "svg", "pdf")
     shell_complete=model_names,
     help="Say what MODEL adds to this older one: equations, tests, faults detected and told apart.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@JSON
 @click.option(
     "--figure",
     type=click.Path(path_type=Path),

@@ -12,7 +12,7 @@ from click import get_current_context
 from click.core import ParameterSource
 
 from fdi.cli.completion import FILE
-from fdi.cli.options import QUIET
+from fdi.cli.options import JSON, QUIET, force_option
 from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
@@ -110,12 +110,8 @@ def _seconds(option: str, said: str) -> Callable[[F], F]:
     help="Reliability of what counts the votes; of --simulate.",
 )
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Figures and tables.")
-@click.option(
-    "--force",
-    is_flag=True,
-    help="Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@force_option()
+@JSON
 @QUIET
 def vote(logs: Sequence[str], simulate: str | None, **asked: Any) -> int:
     """Say which of several autopilots of one vehicle the voter selects, when and why.

@@ -28,7 +28,8 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
   tabulates; ``vote_rows.py``: the rows that these share; ``vote_files.py``: its folder
 - ``simulation_text.py``, ``reliability_text.py``: simulated voters; units in series and parallel
 - ``words.py``: times, numbers and foreign text as a person reads them
-- ``paper/``: figures for a printed column; ``compared/``: what ``fdi compare`` tells
+- ``paper/``: figures for a printed column; ``compared/``: what ``fdi compare`` tells; ``fleet/``:
+  the page of ``fdi batch``
 """
 
 from fdi.report.analysis_document import analysis_document

@@ -20,24 +20,19 @@ from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
 from fdi.report.page.suspects import ending_words, sure_words, suspects
+from fdi.report.page.templates import templates
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
     accuracies,
     at,
     budget,
-    clean,
     copied,
     flown,
     into_flight,
     latencies,
     log_time,
     number,
-    per_cent,
-    plural,
-    share,
-    shortened,
-    size,
     unit,
     window,
 )
@@ -50,22 +45,9 @@ MOST_EVENTS: Final = 400
 
 def html_report(analysis: Analysis) -> str:
     """Return the report as one self-contained HTML page."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=PackageLoader("fdi.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        finalize=_finalize,
-    )
-    environment.filters.update(
-        at=at, number=number, per_cent=per_cent, plural=plural, size=size, shortened=shortened
-    )
-    environment.filters["share"] = share
-    environment.filters["svg"] = Markup  # drawn by us: its texts are escaped
+    environment = templates()
     page = page_of(analysis)
     events, events_left = _events(analysis)
     states = states_of(analysis)
@@ -101,11 +83,6 @@ def html_report(analysis: Analysis) -> str:
         window_text=window(analysis),
         model_text=analysis.airframe.description,
     )
-
-
-def _finalize(value: Any) -> Any:
-    """Strip control characters from foreign text, wherever a template shows it."""
-    return clean(value) if type(value) is str else "–" if value is None else value
 
 
 def _last(analysis: Analysis) -> Ending | None:

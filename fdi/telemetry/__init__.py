@@ -17,6 +17,7 @@ channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
 events.py     `Event`, `Flight`, `FlightState`
 airframes.py  the frame of a vehicle with rotors
+identity.py   which vehicle: the serial number of its board
 motors.py     where every motor stands, and which way it turns
 sensors.py    sensors that the autopilot stops using
 flights.py    take-off, landing, impact from the data

@@ -126,6 +126,8 @@ class Log:
         The files where there are several, in the order given; empty for one.
     frame : str
         What a person calls the frame, where it is no ordinary one of its vehicle (``Y6``).
+    board : str
+        Name and serial number of the board where the format has a place for them (ULog).
     """
 
     path: Path
@@ -146,6 +148,7 @@ class Log:
     sources: tuple[Source, ...]
     recordings: tuple[Recording, ...] = ()
     frame: str = ""
+    board: str = ""
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property

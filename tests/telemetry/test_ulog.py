@@ -42,6 +42,19 @@ def test_firmware_vehicle_parameters_and_their_changes_are_found(load):
     assert change.t == pytest.approx(1.4, abs=0.2)
 
 
+@pytest.mark.parametrize(
+    ("number", "board"),
+    [("0006000000003736", "V6C \u2026 0006000000003736"), ("00000000", ""), (None, "")],
+)
+def test_the_board_is_told_with_its_number_alone(load, number, board):
+    told = [build.info("ver_hw", "V6C\x1b\u2026")]
+    told += [build.info("sys_uuid", number)] if number else []
+    made = b"".join(
+        [build.header(1), build.flag_bits(), *told, *build.definitions(), *build.records()]
+    )
+    assert load(made).board == board
+
+
 def test_texts_modes_arming_and_dropouts_are_told(load):
     log = load(build.small())
     told = [(round(e.t, 3), e.kind, e.text) for e in log.events if e.kind != "parameter"]

@@ -11,6 +11,7 @@ what was predicted. ``Analysis`` -> ``Page``; the room above puts it into the te
 - ``suspects.py``: how sure it is, and who else; ``airframe.py``: where on the vehicle
 - ``channels.py``: all channels of the log, as far as they fit; ``columns.py``: columns as text
 - ``panel.py``: a plot as data; ``drawing.py``: a plot as SVG
+- ``templates.py``: how values come into a page
 - ``script.py``: the scripts and styles in ``assets/``, and the policy that allows them; uPlot there
   is vendored with its licence
 """

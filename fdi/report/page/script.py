@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
@@ -32,16 +32,16 @@ _LINE_ENDS: Final = str.maketrans({"\u2028": "\\u2028", "\u2029": "\\u2029"})
 
 @cache
 def script(name: str = "") -> str:
-    """Return the text of the page's script: uPlot's, or ours."""
+    """Return the text of a script by name, by default ours of an analysis' page as one."""
     if name:
         return _text(name)
     return "".join(f"\n// {part}\n{_text(part)}" for part in SCRIPTS)
 
 
 @cache
-def style() -> str:
-    """Return the text of the page's style sheet."""
-    return "\n".join(_text(part) for part in STYLES)
+def style(parts: Sequence[str] = STYLES) -> str:
+    """Return the text of style sheets as one, by default those of an analysis' page."""
+    return "\n".join(_text(part) for part in parts)
 
 
 def _text(name: str) -> str:
@@ -55,9 +55,14 @@ def hash_of(text: str) -> str:
 
 def policy() -> str:
     """Return the page's Content-Security-Policy."""
-    scripts = " ".join(f"'{hash_of(text)}'" for text in (script(PLOTTING), script()))
+    return policy_of((script(PLOTTING), script()), style())
+
+
+def policy_of(scripts: Sequence[str], sheet: str) -> str:
+    """Return the policy of a page that holds these scripts and this style sheet alone."""
+    allowed = " ".join(f"'{hash_of(text)}'" for text in scripts)
     return (
-        f"default-src 'none'; script-src {scripts}; style-src '{hash_of(style())}'; "
+        f"default-src 'none'; script-src {allowed}; style-src '{hash_of(sheet)}'; "
         "base-uri 'none'; form-action 'none'"
     )
 

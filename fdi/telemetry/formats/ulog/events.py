@@ -64,6 +64,15 @@ def firmware_of(info: Info) -> str | None:
     return f"{told} ({clean_text(commit)[:8]})" if isinstance(commit, str) and commit else told
 
 
+def board_of(info: Info) -> str:
+    """Return the board's name and serial number, "" where the log tells no number."""
+    number, name = info.get("sys_uuid"), info.get("ver_hw")
+    told = clean_text(number) if isinstance(number, str) else ""
+    if not told.strip("0"):
+        return ""
+    return f"{clean_text(name)} {told}" if isinstance(name, str) else told
+
+
 def vehicle_of(own: Messages, values: Mapping[str, float]) -> tuple[str, int]:
     """Return the vehicle's name, and its MAV_TYPE (0: not told), from status and airframe."""
     status = own.get("vehicle_status")

@@ -36,6 +36,7 @@ from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.ulog.columns import Places, Store
 from fdi.telemetry.formats.ulog.definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog.events import (
+    board_of,
     crash_dumps,
     firmware_of,
     information,
@@ -148,6 +149,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         number,
         (Source(number, 1, count, 0, vehicle, autopilot, True),),
         frame=frame,
+        board=board_of(info),
     )
 
 
