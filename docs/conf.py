@@ -78,7 +78,9 @@ def broken_links(site: Path) -> list[str]:
                 continue
             there = (page.parent / unquote(parts.path)).resolve() if parts.path else page
             place = unquote(parts.fragment)
-            if not there.is_file() or (place and there in pages and place not in pages[there].places):
+            if not there.is_file() or (
+                place and there in pages and place not in pages[there].places
+            ):
                 broken.append(f"{name} links to {target}")
     return broken
 
