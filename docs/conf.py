@@ -26,6 +26,8 @@ version = release = fdi.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_*"]
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["wide.css"]
 html_title = f"fdi {release}"
 html_show_sphinx = html_copy_source = False
 

@@ -95,9 +95,14 @@ def test_python_in_the_readme_runs(monkeypatch, tmp_path, capsys):
 def test_the_page_of_python_has_every_public_name():
     page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     described = set(re.findall(r"^\.\. auto\w+:: fdi\.(?:\w+\.)*(\w+)$", page, re.M))
-    assert set(fdi.__all__) | {n for n in structure.__all__ if callable(getattr(structure, n))} - {
-        "Fault",  # three small values beside Model, which says what they are
-        "bitset",
-        "members",
-        "submodel",
-    } <= described
+    assert (
+        set(fdi.__all__)
+        | {n for n in structure.__all__ if callable(getattr(structure, n))}
+        - {
+            "Fault",  # three small values beside Model, which says what they are
+            "bitset",
+            "members",
+            "submodel",
+        }
+        <= described
+    )
