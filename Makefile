@@ -1,5 +1,7 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
-# make test      everything that has to be green: style, types, import rules, tests, notebook
+# make test      everything that has to be green: style, types, import rules, tests, notebooks, site
+# make docs      the pages of docs and the docstrings as a site, build/site/index.html
+# make notebooks all notebooks, run from beginning to end
 # make test-lowest  a part of them with the lowest versions of all libraries, on Python 3.11
 # make test-newest  the same with the newest ones, on Python 3.13
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
@@ -18,7 +20,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
+.PHONY: analyze test docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -26,7 +28,15 @@ analyze: $(VENV)/.installed-run
 
 test: lint
 	$(BIN)/python -m pytest
+	$(MAKE) --no-print-directory notebooks docs
+
+notebooks: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -o addopts=-q --nbmake notebooks/*.ipynb
+
+# -W: what Sphinx warns of is an error; -E: no page is taken from an earlier build
+docs: $(VENV)/.installed-test
+	$(BIN)/python -m sphinx -W --keep-going -E -q -b html docs build/site
+	@echo "build/site/index.html"
 
 # What depends on versions: what is read, and what is said of it. Promotion of numpy's types
 # differs before 2.0, and numpy tells where that changes a result.

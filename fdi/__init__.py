@@ -40,7 +40,7 @@ _HOMES = {
     "vote": "fdi.methods.voting",
 }
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Analysis",
     "FdiError",

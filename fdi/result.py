@@ -85,7 +85,7 @@ class Analysis:
 
     @property
     def fault_grid(self) -> pandas.DataFrame:
-        """Return the marks of every fault over time: index t, a column per fault."""
+        """Return the marks of every fault over time; the index is t, a column is a fault."""
         return self.diagnosis.grid.frame()
 
     @property

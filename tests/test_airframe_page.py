@@ -1,6 +1,6 @@
-"""What docs/airframe.md shows is what happens, from the empty file to the analysis of the drive.
+"""What docs/airframe.md and docs/tutorial.md show is what happens, when one follows them.
 
-The page is followed as its reader does: a block of YAML is added to the model, what a console
+The pages are followed as their reader does: a block of YAML is added to the model, what a console
 shows is run and compared letter by letter. Running this file writes the answers anew.
 """
 
@@ -20,7 +20,7 @@ from fdi.analysis import analyze
 from fdi.model import load_airframe
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "airframe.md"
+PAGE, TUTORIAL = (ROOT / "docs" / name for name in ("airframe.md", "tutorial.md"))
 ROVER = ROOT / "examples" / "rover"
 BLOCK = re.compile(r"```(yaml|console)\n(.*?)```", re.S)
 
@@ -47,9 +47,9 @@ def added(tree, part):
     return both
 
 
-def followed(folder):
-    """Return the page with the answers that its reader gets in an empty folder."""
-    shutil.copytree(ROVER, folder / "examples" / "rover")
+def followed(folder, page=PAGE):
+    """Return a page with the answers that its reader gets in a folder with the examples alone."""
+    shutil.copytree(ROOT / "examples", folder / "examples")
     model, tree, yaml = folder / "rover.yaml", {}, YAML(typ="safe")
 
     def block(found):
@@ -65,7 +65,7 @@ def followed(folder):
             yaml.dump(tree, file)
         return found[0]
 
-    return BLOCK.sub(block, PAGE.read_text(encoding="utf-8"))
+    return BLOCK.sub(block, page.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +76,10 @@ def reader(tmp_path_factory):
 
 def test_every_answer_on_the_page_is_the_one_its_reader_gets(reader):
     assert reader[1] == PAGE.read_text(encoding="utf-8")
+
+
+def test_every_answer_in_the_tutorial_is_the_one_its_reader_gets(tmp_path):
+    assert followed(tmp_path, TUTORIAL) == TUTORIAL.read_text(encoding="utf-8")
 
 
 def test_the_page_ends_with_the_model_of_the_example(reader):
@@ -136,5 +140,6 @@ def test_a_wheel_motor_that_dies_is_named_within_ten_seconds(drive, seed):
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as empty:
-        PAGE.write_text(followed(Path(empty)), encoding="utf-8")
+    for page in (PAGE, TUTORIAL):
+        with tempfile.TemporaryDirectory() as empty:
+            page.write_text(followed(Path(empty), page), encoding="utf-8")

@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 import pytest
 
-from fdi import __version__
+import fdi
+from fdi import __version__, structure
 from fdi.cli.commands import fdi as group
 from fdi.model import load_airframe
 from fdi.model.repeat import repeated
@@ -15,6 +16,7 @@ from fdi.model.yaml import parse_document
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+CRASHES = ("copter_gps_loss_landing.tlog", "copter_motor_failure_crash.tlog")
 NAMES = "|".join(group.commands)
 COMMAND = re.compile(rf"(?:^|`|\s)(?:\.venv/bin/)?fdi ((?:{NAMES})\b[^`#\n]*)")
 
@@ -70,18 +72,42 @@ def test_the_citation_names_this_version():
     assert cited.tree["version"] == __version__
 
 
-def test_python_on_the_page_of_figures_runs(monkeypatch):
-    (block,) = [b.values[0] for b in blocks("python") if b.id.startswith("figures.md")]
-    monkeypatch.chdir(ROOT)
-    names = {}
-    exec(compile(block, "figures.md", "exec"), names)  # noqa: S102 - our own page
-    assert names["figure"].axes
+# the examples of docs/structure.md show their answers: tests/structure/test_docs.py
+PROSE = [b for b in blocks("python") if not b.id.startswith(("structure.md", "README.md"))]
+
+
+@pytest.mark.parametrize("block", PROSE)
+def test_python_on_a_page_runs_where_its_files_are(block, monkeypatch, tmp_path):
+    examples = ROOT / "examples"
+    (tmp_path / "examples").symlink_to(examples)
+    (tmp_path / "flight.tlog").symlink_to(examples / "healthy_logs" / "copter_gusts.tlog")
+    monkeypatch.chdir(tmp_path)
+    copters = ["healthy_logs/copter_gusts.tlog", *(f"crash_logs/{name}" for name in CRASHES)]
+    names = {"fdi": fdi, "paths": [examples / name for name in copters]}
+    exec(compile(block, "page", "exec"), names)  # noqa: S102 - our own page
+    assert set(names) - {"fdi", "paths", "__builtins__"}
 
 
 def test_python_in_the_readme_runs(monkeypatch, tmp_path, capsys):
-    (block,) = [b.values[0] for b in blocks("python") if '"crash.fdi"' in b.values[0]]
-    monkeypatch.chdir(ROOT)
-    code = block.replace('"crash.fdi"', repr(str(tmp_path / "crash.fdi")))
-    exec(compile(code, "README.md", "exec"), {})  # noqa: S102 - our own page
+    (block,) = [b.values[0] for b in blocks("python") if b.id.startswith("README.md")]
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "README.md", "exec"), {})  # noqa: S102 - our own page
     assert "motor" in capsys.readouterr().out
     assert (tmp_path / "crash.fdi" / "report.html").is_file()
+
+
+def test_the_page_of_python_has_every_public_name():
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    described = set(re.findall(r"^\.\. auto\w+:: fdi\.(?:\w+\.)*(\w+)$", page, re.M))
+    assert (
+        set(fdi.__all__)
+        | {n for n in structure.__all__ if callable(getattr(structure, n))}
+        - {
+            "Fault",  # three small values beside Model, which says what they are
+            "bitset",
+            "members",
+            "submodel",
+        }
+        <= described
+    )

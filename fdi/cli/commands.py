@@ -46,7 +46,19 @@ USAGE: Final = 2
 DEFECT: Final = 70
 
 
+class _Commands(click.RichGroup):
+    """The commands; who names a log and no command is told the one that is likely meant."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in self.commands and os.path.exists(args[0]):
+            ctx.fail(f"{args[0]} is no command; what failed in a log says 'fdi analyze {args[0]}'")
+        return super().resolve_command(ctx, args)
+
+
 @click.group(
+    cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Example: fdi analyze flight.tlog",

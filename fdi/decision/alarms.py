@@ -42,8 +42,8 @@ class Alarms(Shown):
     alarm : (r, n) bool
         Triggers that persisted, from their first sample on.
     strength : (r, n) float
-        |residual - centre| over threshold, or |mean| or scatter over its own where that is more;
-        above one where triggered.
+        ``|residual - centre|`` over threshold, or ``|mean|`` or scatter over its own where that is
+        more; above one where triggered.
     certain : (r, n) bool
         The samples of an alarm from which on it is certain.
     delay_s : (r,) float

@@ -148,7 +148,10 @@ def _scatter(ratio: Floats, block: int) -> Floats:
 
 def _bounds(alarms: Alarms, span: slice) -> Floats:
     """Return what a lasting change must reach to be seen by each test, (r,), NaN unknown."""
-    sample, mean = alarms.threshold[:, span], alarms.mean_threshold[:, span]
+    sample = alarms.threshold[:, span]
+    mean = (
+        alarms.mean_threshold[:, span] + alarms.residuals.lasting[:, span]
+    )  # of what is beyond it
     found = np.full(len(sample), np.nan)
     for row in range(len(sample)):
         tops = [

@@ -231,7 +231,7 @@ class Residuals(Shown):
 
     @property
     def lasting(self) -> Floats:
-        """Return how far it may stray for as long as it likes, (r, n): no noise wears that off."""
+        """Return how far it may stray for as long as it likes, (r, n); no mean wears that off."""
         allowed: Floats = self.tolerance[:, None] + SURE * np.nan_to_num(self.unsure)
         return allowed
 

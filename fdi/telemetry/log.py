@@ -203,7 +203,7 @@ class Log:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """All events in the order of time: those reported, and what the data show of flights."""
+        """All events in the order of time, those reported and what the data show of flights."""
         if "events" not in self._cache:
             flights = self.flights
             found_in_data = [
@@ -218,7 +218,7 @@ class Log:
 
     @property
     def other_vehicles(self) -> tuple[Source, ...]:
-        """The autopilots of other systems in the log: those that were not chosen."""
+        """The autopilots of other systems in the log, those that were not chosen."""
         return tuple(
             source
             for source in self.sources

@@ -87,6 +87,12 @@ def test_an_unknown_command_is_2(run: Run) -> None:
     assert ended.err.count("\n") == 1
 
 
+def test_a_log_without_a_command_is_told_the_command(run: Run) -> None:
+    ended = run(str(LOG))
+    assert ended.code == 2
+    assert f"fdi analyze {LOG}" in ended.err
+
+
 def test_info_is_a_page_or_json(run: Run) -> None:
     assert "impact at 9.8 m/s" in run("info", LOG).out
     document = json.loads(run("info", LOG, "--json").out)

@@ -57,6 +57,15 @@ def test_change_that_would_have_shown_is_that_of_the_threshold_however_accurate_
         assert [one.size for one in item.would_show] == pytest.approx([2.0])
 
 
+def test_change_that_a_mean_would_have_shown_is_beyond_the_tolerance():
+    alarms = alarms_of(BANK, {})
+    means, tolerance = np.full(alarms.state.shape, 0.5), np.full(len(BANK.generators), 1.25)
+    wide = replace(alarms.residuals, tolerance=tolerance)
+    found = diagnose(replace(alarms, residuals=wide, mean_threshold=means), BANK).ruled_out
+    assert named(found) == sorted(SHOWN)
+    assert {one.size for item in found for one in item.would_show} == {1.75}
+
+
 def test_test_that_was_mostly_unknown_rules_nothing_out():
     for unknown, out in ((30, False), (10, True)):
         found = answer({}, unknown={SKY: [(0, unknown)]})
