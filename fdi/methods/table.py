@@ -13,9 +13,10 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.methods.columns import Method
 from fdi.methods.estimator.columns import ESTIMATOR
+from fdi.methods.heading.columns import HEADING
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType(
-    {method.name: method for method in (ESTIMATOR,)}
+    {method.name: method for method in (ESTIMATOR, HEADING)}
 )
 
 
