@@ -63,10 +63,9 @@ def heading_columns(log: Log) -> Columns | str:
         return why
     t = np.concatenate([grid for grid, _ in parts])
     values = {name: np.concatenate([own[name] for _, own in parts]) for name in FIELDS}
-    known = {name: own for name, own in values.items() if np.isfinite(own).any()}
-    if not known:
+    if not any(np.isfinite(own).any() for own in values.values()):
         return "no two of its sensors can be compared"
-    return Columns(t, known, SOURCE, UNITS)
+    return Columns(t, values, SOURCE, UNITS)
 
 
 HEADING: Final = Method("heading", heading_columns)
