@@ -54,7 +54,8 @@ def heading_columns(log: Log) -> Columns | str:
         try:
             ride = ride_of(log, number)
         except LogError as error:
-            why = f"the log {error.message}"
+            own = error.message.startswith("inertial records")
+            why = f"the log's {error.message}" if own else f"the log {error.message}"
             continue
         grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
         if grid.size:
