@@ -132,9 +132,7 @@ def _numbers(table: pd.DataFrame, column: str, path: str | Path) -> Floats:
     try:
         return table[column].to_numpy(np.float64)
     except (TypeError, ValueError) as error:
-        raise LogError(
-            f"holds no numbers as {column}", where=str(path), hint=HINT
-        ) from error
+        raise LogError(f"holds no numbers as {column}", where=str(path), hint=HINT) from error
 
 
 def _times(log: Log, table: pd.DataFrame, path: str | Path) -> Floats:
@@ -147,7 +145,9 @@ def _times(log: Log, table: pd.DataFrame, path: str | Path) -> Floats:
         apart = np.minimum(np.abs(own[after] - t), np.abs(own[after - 1] - t))
         if apart.max() <= APART_S:
             return t
-    raise LogError(f"is not of {log.name}: its times are no records of it", where=str(path), hint=HINT)
+    raise LogError(
+        f"is not of {log.name}: its times are no records of it", where=str(path), hint=HINT
+    )
 
 
 def _unknown(message: Message, block: Block, start: float) -> Message:

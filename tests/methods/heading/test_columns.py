@@ -1,4 +1,4 @@
-"""Who is the odd one out, as numbers: a vehicle that moves as it should, and one sensor that lies."""
+"""Who is the odd one out, as numbers: a vehicle that moves as it should, one sensor that lies."""
 
 from pathlib import Path
 

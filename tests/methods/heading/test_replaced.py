@@ -1,4 +1,4 @@
-"""A recovered block in place of the failed one: what becomes unknown, and which file does not fit."""
+"""A recovered block in place of the failed one: what becomes unknown, which file does not fit."""
 
 from pathlib import Path
 
