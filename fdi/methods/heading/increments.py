@@ -108,7 +108,9 @@ def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     by_compass = np.sqrt(doubt**2 + stated["compass"] ** 2)
     by_estimator = np.hypot(stated["estimator"], _sampled_late(ride, turned[2], grid, before))
     return (
-        pair_of(ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)),
+        pair_of(
+            ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)
+        ),
         pair_of(
             ride, grid, "compass-estimator",
             wrap(compass - estimator), np.hypot(by_compass, by_estimator),

@@ -1,8 +1,8 @@
 """What does a log say with a recovered block in place of the one that failed?
 
-In: a log and the file that ``fdi heading --recover`` wrote of it. Out: the log, in which the block's
-own channels are unknown from the first recovered sample on, and one more message holds what was
-recovered, each sample with its deviation. What that message shows stands in
+In: a log and the file that ``fdi heading --recover`` wrote of it. Out: the log, in which the
+block's own channels are unknown from the first recovered sample on, and one more message holds
+what was recovered, each sample with its deviation. What that message shows stands in
 ``models/shared/recovered.yaml``: it stands in for the sensor, so what contradicts it still concerns
 the sensor that failed.
 
