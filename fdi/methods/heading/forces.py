@@ -60,7 +60,7 @@ def force_pair(ride: Ride, grid: Floats) -> Pair | None:
     lost = change(t, np.cumsum(~known), grid, before) > 0
     gap = gap_between(t, before, grid) | gap_between(fixes.t, before, grid)
     apart[lost | gap] = np.nan
-    missed = change(t, sum(_missed(t, own) for own in felt), grid, before)
+    missed = change(t, np.sum([_missed(t, own) for own in felt], axis=0), grid, before)
     late = FIX_LATE_S * np.hypot(*felt)
     sigma = np.sqrt(
         ((LEANS * G) ** 2 + BIAS**2) * WINDOW_S**2
