@@ -18,6 +18,7 @@ from fdi.diagnosis import Diagnosis, diagnose
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import EstimatorHealth, estimator_health
 from fdi.methods.estimator.columns import ESTIMATOR
+from fdi.methods.heading.replaced import with_recovered
 from fdi.model import Airframe, System
 from fdi.model.choose import is_general, made_for
 from fdi.model.hints import would_test
@@ -59,6 +60,7 @@ def analyze(
     rate: float | None = None,
     budget: float | None = None,
     methods: Sequence[str] | None = None,
+    recovered: str | Path | None = None,
     system: int | None = None,
     command: Sequence[str] = (),
     progress: Progress | None = None,
@@ -82,6 +84,8 @@ def analyze(
         False alarms by noise that an hour in the air may hold; by default the policy's.
     methods : sequence of str, optional
         Whose columns are weighed with the model's tests; by default the policy's.
+    recovered : str or Path, optional
+        What ``fdi heading --recover`` wrote of this log, used in place of the block that failed.
     system : int, optional
         Which vehicle of the log, by its MAVLink system id.
     command : sequence of str
@@ -101,6 +105,8 @@ def analyze(
     with watch.stage("read", 0.05):
         paths = [path] if isinstance(path, (str, Path)) else path
         log = join([read(one, system=system) for one in paths])
+        if recovered is not None:
+            log = with_recovered(log, recovered)
     _check_window(window, log)
     chain = residuals_of(log, model, recipe, stage=watch.stage)
     with watch.stage("decide", 0.8):

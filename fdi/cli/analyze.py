@@ -86,6 +86,12 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     help="False alarms by noise that an hour in the air may hold; few of them accuse.",
 )
 @METHODS
+@click.option(
+    "--recovered",
+    type=FILE,
+    metavar="FILE",
+    help="What fdi heading --recover wrote of LOG, in place of the block that failed.",
+)
 @SYSTEM
 @click.option(
     "--out",
@@ -117,6 +123,7 @@ def analyze(
     rate: float | None,
     budget: float | None,
     methods: tuple[str, ...] | None,
+    recovered: str | None,
     system: int | None,
     out: Path | None,
     formats: str | None,
@@ -166,6 +173,7 @@ def analyze(
             rate=rate,
             budget=budget,
             methods=methods,
+            recovered=recovered,
             system=system,
             command=["fdi", *sys.argv[1:]],
             progress=progress,

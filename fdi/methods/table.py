@@ -13,9 +13,11 @@ from typing import Final
 from fdi.errors import UsageError
 from fdi.methods.columns import Method
 from fdi.methods.estimator.columns import ESTIMATOR
+from fdi.methods.heading.columns import HEADING
+from fdi.methods.observer.columns import OBSERVER
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType(
-    {method.name: method for method in (ESTIMATOR,)}
+    {method.name: method for method in (ESTIMATOR, HEADING, OBSERVER)}
 )
 
 

@@ -99,7 +99,7 @@ def reported_accuracies(system: System, signals: Signals) -> tuple[Told, ...]:
     for measurement in (equation.measurement for equation in system.equations):
         if measurement is None or measurement.accuracy is None or measurement.reported is None:
             continue
-        if measurement.is_sampled:  # no sensor's own word
+        if measurement.is_sampled or measurement.made_by:  # no sensor's own word
             continue
         reported = signals.accuracy.get(measurement.channel)
         if reported is None or not np.isfinite(reported[flying]).any():

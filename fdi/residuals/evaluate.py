@@ -283,6 +283,8 @@ def _noise(column: Floats, measurement: Measurement, circular: bool, context: Co
         own: Column = np.float64(accuracy)  # type: ignore[assignment]
     elif measurement.is_sampled:
         own = np.hypot(accuracy, np.nan_to_num(reported))
+    elif measurement.made_by:  # computed, not a sensor's own word
+        own = np.fmax(reported, accuracy)
     else:
         own = believed(reported, accuracy, context.beginning)
     timing = TIMING_SHARE * context.signals.period.get(channel, context.step)

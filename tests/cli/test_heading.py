@@ -113,3 +113,15 @@ def test_a_folder_holds_text_json_and_figures_the_same_every_time(run: Run, log:
         assert Path("a", name).read_bytes() == Path("b", name).read_bytes(), name
     assert run("heading", log, "--out", "a").code == 0
     assert {path.name for path in Path("a").iterdir()} == FILES
+
+
+def test_analyze_takes_what_was_recovered_of_this_log_alone(
+    run: Run, log: Path, tmp_path: Path
+) -> None:
+    run("heading", log, "--recover", "x.csv", "--assume", "magnetometer@30")
+    other = write(tmp_path / "other.tlog", Ride(rate=9.0))
+    ended = run("analyze", other, "--recovered", "x.csv", "--json")
+    assert ended.code == 3
+    assert ended.out == ""
+    (line,) = ended.err.strip().splitlines()
+    assert "x.csv: is not of other.tlog: its times are no records of it" in line

@@ -20,6 +20,7 @@ from typing import Final
 
 import numpy as np
 
+from fdi.errors import LogError
 from fdi.methods.heading.geodesy import wrap
 from fdi.methods.heading.increments import (
     GATE,
@@ -141,6 +142,12 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
         There is no such flight.
     """
     ride = ride_of(log, flight)
+    if ride.field is None:
+        raise LogError(
+            "no compass: there is no heading to check against others",
+            where=log.name,
+            hint="looked for xmag, ymag, zmag of RAW_IMU",
+        )
     sources = sources_of(log, ride)
     grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
     turned, received = heading_pairs(ride, grid), receiver_pairs(ride, grid)

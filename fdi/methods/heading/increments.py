@@ -27,7 +27,7 @@ import numpy as np
 
 from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import wrap
-from fdi.methods.heading.motion import Bools, Fixes, Ride, gap_between
+from fdi.methods.heading.motion import FIX_LATE_S, Bools, Fixes, Ride, gap_between
 from fdi.methods.heading.tilt import (
     G,
     accelerometer_tilt,
@@ -53,8 +53,6 @@ COMPASS_LATE_S: Final = 0.1
 """ArduPilot reads compasses at 10 Hz, PX4 averages over as long."""
 DEVIATION: Final = np.radians(1.4)
 """What a good calibration leaves on other headings, one sigma (as in the models)."""
-FIX_LATE_S: Final = 0.1
-"""By which a receiver's position and velocity may be of different moments."""
 WANDERS: Final = 0.2
 """m per root second: a receiver's position by its atmosphere and reflections (choice)."""
 STATED: Final[Mapping[str, float]] = MappingProxyType(
@@ -95,26 +93,29 @@ class Pair:
 def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     """Return compass-gyroscope, compass-estimator, gyroscope-estimator over `WINDOW_S`."""
     before = grid - WINDOW_S
-    tilt = _accelerometer_tilt(ride)
-    angles = np.array([*tilt, np.full(ride.t.size, np.nan)]) if ride.angles is None else ride.angles
+    angles = ride.angles
+    if angles is None:
+        angles = np.array([*_accelerometer_tilt(ride), np.full(ride.t.size, np.nan)])
     turned = angle_rates(angles[0], angles[1], ride.rates)
     gyro, between = _integrated(ride.t, turned[2], grid, before)
     compass, doubt = _compass(ride, angles, turned, grid, before)
     gap = gap_between(ride.t, before, grid)
     for own in (gyro, compass):
         own[gap] = np.nan
-    estimator = _change(ride.t, angles[2], grid, before)
+    estimator = change(ride.t, angles[2], grid, before)
     stated = STATED
     by_gyro = np.hypot(between, stated["gyroscope"])
     by_compass = np.sqrt(doubt**2 + stated["compass"] ** 2)
     by_estimator = np.hypot(stated["estimator"], _sampled_late(ride, turned[2], grid, before))
     return (
-        _pair(ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)),
-        _pair(
+        pair_of(
+            ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)
+        ),
+        pair_of(
             ride, grid, "compass-estimator",
             wrap(compass - estimator), np.hypot(by_compass, by_estimator),
         ),
-        _pair(
+        pair_of(
             ride, grid, "gyroscope-estimator", wrap(gyro - estimator),
             np.hypot(by_gyro, by_estimator),
         ),
@@ -149,11 +150,11 @@ def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
         _, between = _integrated(ride.t, turned[axis], grid, before)
         # what both share is taken off before the angle is wrapped: an integral has no range
         apart = _trailing(ride, wrap(leant[axis] - angles[axis])) - pulled[axis]
-        drifts = _trailing(ride, angles[axis] - _integral(ride.t, turned[axis]))
-        off = _change(ride.t, apart + drifts, grid, before)
+        drifts = _trailing(ride, angles[axis] - integral(ride.t, turned[axis]))
+        off = change(ride.t, apart + drifts, grid, before)
         off[gap] = np.nan
         sigma = np.sqrt(doubt**2 + between**2 + STATED["gyroscope"] ** 2)
-        found.append(_pair(ride, grid, "accelerometer-gyroscope", off, sigma, "attitude"))
+        found.append(pair_of(ride, grid, "accelerometer-gyroscope", off, sigma, "attitude"))
     return _further(found[0], found[1])
 
 
@@ -169,7 +170,7 @@ def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
     expected = _angle(pulled, earth[:, None])
     field = np.full((3, ride.t.size), np.nan) if ride.field is None else ride.field
     seen = np.where(_is_steady(ride), _angle(ride.force, field), np.nan)
-    off = _change(ride.t, _trailing(ride, seen) - expected, grid, before)
+    off = change(ride.t, _trailing(ride, seen) - expected, grid, before)
     off[gap_between(ride.t, before, grid)] = np.nan
     late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
     sigma = np.sqrt(
@@ -179,7 +180,7 @@ def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
         + _both(ride, left, grid, before) ** 2
         + _both(ride, late, grid, before) ** 2
     )
-    return _pair(ride, grid, "accelerometer-compass", off, sigma, "attitude")
+    return pair_of(ride, grid, "accelerometer-compass", off, sigma, "attitude")
 
 
 def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
@@ -196,7 +197,7 @@ def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
     off[gap_between(ride.t, before, grid)] = np.nan
     between = sum(_integrated(ride.t, row, grid, before)[1] ** 2 for row in ride.rates)
     late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
-    swing = [_change(ride.t, _integral(ride.t, row), grid, before) for row in ride.rates]
+    swing = [change(ride.t, integral(ride.t, row), grid, before) for row in ride.rates]
     apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
     sigma = np.sqrt(
         STATED["compass"] ** 2
@@ -205,7 +206,7 @@ def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
         + _both(ride, late, grid, before) ** 2
         + (2 * DEVIATION * np.sin(apart / 2)) ** 2
     )
-    return _pair(ride, grid, name, off, sigma, kind)
+    return pair_of(ride, grid, name, off, sigma, kind)
 
 
 def _angle(one: Floats, other: Floats) -> Floats:
@@ -215,7 +216,7 @@ def _angle(one: Floats, other: Floats) -> Floats:
 
 
 def _both(ride: Ride, values: Floats, grid: Floats, before: Floats) -> Floats:
-    return np.hypot(_around(ride, values, grid), _around(ride, values, before))
+    return np.hypot(around(ride, values, grid), around(ride, values, before))
 
 
 def receiver_pairs(ride: Ride, grid: Floats) -> tuple[Pair, ...]:
@@ -241,10 +242,10 @@ def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
     apart = np.hypot(*off)
     apart[(last <= first) | gap_between(fixes.t, before, grid)] = np.nan
     own = np.sqrt(WANDERS**2 * length + (STATED["doppler"] ** 2) * length + spread)
-    return _pair(ride, grid, f"fixes-doppler {length:g} s", apart, own, "position")
+    return pair_of(ride, grid, f"fixes-doppler {length:g} s", apart, own, "position")
 
 
-def _pair(
+def pair_of(
     ride: Ride, grid: Floats, name: str, off: Floats, sigma: Floats, kind: str = "heading"
 ) -> Pair:
     """Return a pair whose deviation is scaled up where the flight's beginning shows more."""
@@ -296,18 +297,18 @@ def _compass(
             apart = _trailing(ride, wrap(force[axis] - angles[axis]), length)
             square += np.nan_to_num(apart - np.nan_to_num(pulled[axis])) ** 2
         beyond = np.maximum(beyond, np.sqrt(np.maximum(square - usual, 0.0)))
-    moved = _change(ride.t, _unwrap(own), grid, before)
+    moved = change(ride.t, _unwrap(own), grid, before)
     dip = abs(np.tan(ride.dip))
     leaning = np.hypot(turned[0], turned[1])
     # an attitude between two that are far apart levels a compass as badly as a late one
     late = np.hypot(COMPASS_LATE_S, ride.coarse) * np.hypot(turned[2], dip * leaning)
-    ends = [_around(ride, late, when) for when in (grid, before)]
+    ends = [around(ride, late, when) for when in (grid, before)]
     tilts = [dip * np.interp(when, ride.t, beyond) for when in (grid, before)]
     swing = 2 * DEVIATION * np.abs(np.sin(np.nan_to_num(moved) / 2))
     return moved, np.sqrt(sum(x**2 for x in (*ends, *tilts, swing)))
 
 
-def _around(ride: Ride, values: Floats, when: Floats) -> Floats:
+def around(ride: Ride, values: Floats, when: Floats) -> Floats:
     """Return the largest of the records before and after a time."""
     after = np.clip(np.searchsorted(ride.t, when), 1, ride.t.size - 1)
     return np.maximum(values[after], values[after - 1])
@@ -316,7 +317,7 @@ def _around(ride: Ride, values: Floats, when: Floats) -> Floats:
 def _sampled_late(ride: Ride, rate: Floats, grid: Floats, before: Floats) -> Floats:
     """Return what an angle is wrong by, that was recorded half a record from its rate."""
     size = np.abs(rate) * (ride.period / 2 + ride.coarse)
-    return np.hypot(_around(ride, size, grid), _around(ride, size, before))
+    return np.hypot(around(ride, size, grid), around(ride, size, before))
 
 
 def _is_steady(ride: Ride) -> Bools:
@@ -353,13 +354,14 @@ def _pulled(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
 
 def _integrated(t: Floats, rate: Floats, grid: Floats, before: Floats) -> tuple[Floats, Floats]:
     """Return a rate's integral from ``before`` to ``grid``, and what records may have missed."""
-    whole = _integral(t, rate)
+    whole = integral(t, rate)
     missed = np.insert(np.cumsum((np.diff(np.nan_to_num(rate)) * np.diff(t)) ** 2 / 2), 0, 0.0)
     sums = [np.interp(grid, t, x) - np.interp(before, t, x) for x in (whole, missed)]
     return sums[0], np.sqrt(np.maximum(sums[1], 0.0))
 
 
-def _integral(t: Floats, rate: Floats) -> Floats:
+def integral(t: Floats, rate: Floats) -> Floats:
+    """Return a rate's running integral, (n,), by trapezoids; what is unknown counts as 0."""
     known = np.nan_to_num(rate)
     return np.insert(np.cumsum((known[1:] + known[:-1]) / 2 * np.diff(t)), 0, 0.0)
 
@@ -376,7 +378,8 @@ def _trailing(ride: Ride, angles: Floats, length: float = TAU_S) -> Floats:
     return np.where(seen > 0, mean, np.nan)
 
 
-def _change(t: Floats, values: Floats, grid: Floats, before: Floats) -> Floats:
+def change(t: Floats, values: Floats, grid: Floats, before: Floats) -> Floats:
+    """Return by how much what is known at ``t`` changed from ``before`` to ``grid``."""
     return np.asarray(np.interp(grid, t, values) - np.interp(before, t, values))
 
 

@@ -30,6 +30,8 @@ GAP_S: Final = 1.0
 signals are sampled."""
 REFERENCE_S: Final = 20.0
 """The beginning of a flight, settled, by which its own noise is told: as the estimator's levels."""
+FIX_LATE_S: Final = 0.1
+"""By which a receiver's position and velocity may be of different moments."""
 FIX_3D: Final = 3
 SATELLITES: Final = 4
 SLOWEST_S: Final = 0.75
@@ -129,7 +131,7 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
     Raises
     ------
     LogError
-        There is no flight, no compass, or records are too far apart.
+        There is no flight, or records are too far apart.
     UsageError
         There is no such flight.
     """
@@ -152,12 +154,6 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
     if known is None:
         absent["estimator"] = "the log holds no attitude"
     fixes, lost = _fixes(log, air, absent)
-    if field is None:
-        raise LogError(
-            "no compass: there is no heading to check against others",
-            where=log.name,
-            hint="looked for xmag, ymag, zmag of RAW_IMU",
-        )
     periods = [inertial.period]
     periods += [known.period] if known is not None else []
     periods += [fixes.period] if fixes is not None else []

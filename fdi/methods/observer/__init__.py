@@ -12,6 +12,7 @@ which of them are beyond noise and what the model leaves out. `Log` -> `Observat
 - ``doubts.py``: by how much the equations may be off where nothing is wrong
 - ``records.py``: outputs and inputs from a log
 - ``fitted.py``: what the flight tells of its vehicle
+- ``columns.py``: residuals and motors as columns that an analysis may weigh
 - ``limits.py``: centres, noise, alarms; ``motor.py``: which motor is weak, by the signs
 """
 

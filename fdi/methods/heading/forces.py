@@ -1,0 +1,101 @@
+"""Do the accelerometers feel what the receiver's velocity does?
+
+In: a `Ride` and the ends of windows. Out: a `Pair` of kind ``velocity``: specific force, turned
+into earth axes by the estimator's attitude and integrated over a window with gravity, less the
+change of the receiver's velocity in it; horizontal, m/s.
+
+An accelerometer that is wrong shows in it by itself until the estimator leans to make it fit, and
+then whenever the vehicle turns; a gyroscope that is wrong leans the estimator; a receiver whose
+velocity is wrong is the other side. What a field that gyroscopes turned elsewhere tells of the
+tilt may be taken off: what is left is no gyroscope's (`beyond_turns`).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.heading.increments import (
+    STATED,
+    WINDOW_S,
+    Pair,
+    around,
+    change,
+    integral,
+    pair_of,
+)
+from fdi.methods.heading.motion import FIX_LATE_S, Ride, gap_between
+from fdi.methods.heading.tilt import G
+from fdi.methods.setup.rotations import to_earth
+from fdi.telemetry.message import Floats
+
+BIAS: Final = 0.1
+"""m/s2, of a calibrated accelerometer, one sigma."""
+LEANS: Final = np.radians(0.5)
+"""Of an estimator's tilt, one sigma."""
+
+
+def force_pair(ride: Ride, grid: Floats) -> Pair | None:
+    """Return specific force against the receiver's velocity; None where one of them is absent.
+
+    Notes
+    -----
+    The deviation adds, as variances, bias and tilt over the window, the receiver's velocity at both
+    ends and its latency, and what lies between records. Of three records in a row the middle one
+    is off the line of its neighbours: were they independent, that would be sixfold their variance,
+    each of which stands for a period; a motion that records resolve lies on the line.
+    """
+    if ride.fixes is None or ride.angles is None:
+        return None
+    t, fixes, before = ride.t, ride.fixes, grid - WINDOW_S
+    known = np.isfinite(ride.angles).all(axis=0)
+    angles = np.where(known, ride.angles, 0.0)
+    felt = np.einsum("nij,jn->in", to_earth(*angles), ride.force)[:2]
+    off = [
+        change(t, integral(t, own), grid, before) - change(fixes.t, speed, grid, before)
+        for own, speed in zip(felt, (fixes.north, fixes.east), strict=True)
+    ]
+    apart = np.hypot(*off)
+    lost = change(t, np.cumsum(~known), grid, before) > 0
+    gap = gap_between(t, before, grid) | gap_between(fixes.t, before, grid)
+    apart[lost | gap] = np.nan
+    missed = change(t, np.sum([_missed(t, own) for own in felt], axis=0), grid, before)
+    late = FIX_LATE_S * np.hypot(*felt)
+    sigma = np.sqrt(
+        ((LEANS * G) ** 2 + BIAS**2) * WINDOW_S**2
+        + 2 * STATED["doppler"] ** 2
+        + np.maximum(missed, 0.0)
+        + around(ride, late, grid) ** 2
+        + around(ride, late, before) ** 2
+        + change(t, _bent(ride), grid, before)
+    )
+    return pair_of(ride, grid, "accelerometer-receiver", apart, sigma, "velocity")
+
+
+def beyond_turns(forces: Pair, turned: Pair) -> Pair:
+    """Return what of a pair of velocities is more than a wrong turn makes of gravity.
+
+    Parameters
+    ----------
+    forces : Pair
+    turned : Pair
+        The angle by which the field misses where gyroscopes turned it; unknown takes nothing off.
+    """
+    made = G * WINDOW_S * np.nan_to_num(np.abs(turned.off))
+    left = np.maximum(forces.off - made, 0.0)
+    return Pair(forces.name, forces.kind, left, forces.sigma)
+
+
+def _missed(t: Floats, rate: Floats) -> Floats:
+    """Return the running variance of what records of a rate may have missed."""
+    bent = np.zeros(t.size)
+    bent[1:-1] = (rate[2:] - 2 * rate[1:-1] + rate[:-2]) * (t[2:] - t[:-2]) / 2
+    return np.asarray(np.cumsum(bent**2 / 6))
+
+
+def _bent(ride: Ride) -> Floats:
+    """Return the running variance, (m/s)2, by attitudes on the line between two recorded ones."""
+    faster = np.abs(np.gradient(ride.rates[:2], ride.t, axis=1)).max(axis=0)
+    off = faster * (ride.period + 2 * ride.coarse) ** 2 / 8
+    return np.asarray(np.cumsum((off * G * ride.period) ** 2))
