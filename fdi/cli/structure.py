@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import rich_click as click
 
@@ -12,7 +12,11 @@ from fdi.cli.completion import FILE, model_names
 from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
+if TYPE_CHECKING:
+    from fdi.report.model_document import ModelStudy
+
 PICTURES: Final = ("png", "svg", "pdf")
+EXPORTS: Final = ("py", "csv", "mat", "graphml")
 
 
 @click.command(epilog="Example: fdi structure fixed_wing --log flight.tlog --figure matrix.svg")
@@ -39,6 +43,12 @@ PICTURES: Final = ("png", "svg", "pdf")
     metavar="FILE",
     help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
 )
+@click.option(
+    "--export",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the residuals as a Python module (.py), or the incidence (.csv, .mat, .graphml).",
+)
 def structure(
     model: str,
     log: str | None,
@@ -46,13 +56,11 @@ def structure(
     against: str | None,
     as_json: bool,
     figure: Path | None,
+    export: Path | None,
 ) -> int:
     """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
-    kind = figure.suffix.lower().lstrip(".") if figure is not None else ""
-    if figure is not None and kind not in PICTURES:
-        raise UsageError(
-            f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
-        )
+    kind = _ending(figure, PICTURES, "picture")
+    form = _ending(export, EXPORTS, "export")
     if placing and against is not None:
         raise UsageError("--place and --against answer two questions", hint="ask one at a time")
     from fdi.decision import load_policy
@@ -60,7 +68,7 @@ def structure(
     from fdi.methods.table import methods_of
     from fdi.model import Airframe, load_airframe
     from fdi.model.placement import Placement, place
-    from fdi.report.model_document import ModelStudy, model_document, study
+    from fdi.report.model_document import model_document, study
     from fdi.report.model_gain import gain_document, model_gain
     from fdi.telemetry import read
 
@@ -86,6 +94,10 @@ def structure(
 
         title = f"Isolability of {airframe.name}"
         write_file(figure, image(isolability_figure(found.implementable, title), kind))
+    if export is not None:
+        from fdi.report import write_file
+
+        write_file(export, _exported(found, form))
     if as_json:
         from fdi.report import json_text
 
@@ -102,3 +114,22 @@ def structure(
 
         show(model_summary(found))
     return 0
+
+
+def _ending(file: Path | None, known: tuple[str, ...], what: str) -> str:
+    """Return the kind of file that a name ends with."""
+    kind = file.suffix.lower().lstrip(".") if file is not None else ""
+    if file is not None and kind not in known:
+        raise UsageError(
+            f"no {what} ends with {file.suffix!r}", where=str(file), hint=", ".join(known)
+        )
+    return kind
+
+
+def _exported(found: ModelStudy, form: str) -> bytes:
+    from fdi.residuals.export import python_module
+    from fdi.structure.export import incidence_bytes
+
+    if form == "py":
+        return python_module(found.bank).encode()
+    return incidence_bytes(found.system.structure(), form)

@@ -19,7 +19,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``amount.py``: how much it is, where a statement is violated
-- ``cache.py``: a compiled bank on disk
+- ``cache.py``: a compiled bank on disk; ``export.py``: a bank as a Python module of its own
 """
 
 from fdi.residuals.bank import Bank, Generator, NotImplementable, Residuals
