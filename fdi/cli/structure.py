@@ -16,10 +16,13 @@ if TYPE_CHECKING:
     from fdi.report.model_document import ModelStudy
 
 PICTURES: Final = ("png", "svg", "pdf")
+FIGURES: Final = ("graph", "dm", "isolability", "matching", "sequence")
 EXPORTS: Final = ("py", "csv", "mat", "graphml")
 
 
-@click.command(epilog="Example: fdi structure fixed_wing --log flight.tlog --figure matrix.svg")
+@click.command(
+    epilog="Example: fdi structure fixed_wing --log flight.tlog --sizes --figure isolability"
+)
 @click.argument("model", metavar="MODEL", shell_complete=model_names)
 @click.option(
     "--log", metavar="LOG", type=FILE, help="Only the channels in this log count as present."
@@ -38,11 +41,22 @@ EXPORTS: Final = ("py", "csv", "mat", "graphml")
 )
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 @click.option(
+    "--sizes",
+    is_flag=True,
+    help="With --log: how large each fault must be to be seen within 5 s, and to be told.",
+)
+@click.option(
     "--figure",
+    metavar="KIND|FILE",
+    help=f"Draw {', '.join(FIGURES)}; or the isolability matrix into FILE ({', '.join(PICTURES)}).",
+)
+@click.option(
+    "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
+    help="Where the figure goes; MODEL-KIND.svg without it.",
 )
+@click.option("--test", metavar="ID", help="Of graph, dm, matching, sequence: a generator, as r3.")
 @click.option(
     "--export",
     type=click.Path(path_type=Path),
@@ -55,14 +69,21 @@ def structure(
     placing: bool,
     against: str | None,
     as_json: bool,
-    figure: Path | None,
+    sizes: bool,
+    figure: str | None,
+    out: Path | None,
+    test: str | None,
     export: Path | None,
 ) -> int:
     """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
-    kind = _ending(figure, PICTURES, "picture")
+    what, path = _picture(figure, out, model)
+    kind = _ending(path, PICTURES, "picture")
     form = _ending(export, EXPORTS, "export")
+    if sizes and log is None:
+        raise UsageError("sizes need a flight to be sizes of", hint="name one with --log")
     if placing and against is not None:
         raise UsageError("--place and --against answer two questions", hint="ask one at a time")
+    from fdi.chain import residuals_of
     from fdi.decision import load_policy
     from fdi.methods.columns import with_columns
     from fdi.methods.table import methods_of
@@ -70,6 +91,7 @@ def structure(
     from fdi.model.placement import Placement, place
     from fdi.report.model_document import model_document, study
     from fdi.report.model_gain import gain_document, model_gain
+    from fdi.report.sizes import sizes_document, sizes_of, sizes_summary
     from fdi.telemetry import read
 
     airframe = load_airframe(model)
@@ -87,13 +109,16 @@ def structure(
 
     found = studied(airframe, place(airframe, recorded) if placing else None)
     gain = None if older is None else model_gain(studied(older), found)
-    if figure is not None:
+    measured = None
+    if sizes and recorded is not None:
+        measured = sizes_of(residuals_of(recorded, airframe).residuals)
+    if path is not None:
         from fdi.report import write_file
-        from fdi.report.figures import isolability_figure
+        from fdi.report.model_figures import model_figure
         from fdi.report.style import image
 
-        title = f"Isolability of {airframe.name}"
-        write_file(figure, image(isolability_figure(found.implementable, title), kind))
+        known = None if measured is None else measured.found
+        write_file(path, image(model_figure(found, what, test, known), kind))
     if export is not None:
         from fdi.report import write_file
 
@@ -104,7 +129,8 @@ def structure(
         for line in found.warnings:
             complain(f"fdi: warning: {line}")
         bought = {} if gain is None else {"against": gain_document(gain)}
-        answer(json_text({**model_document(found), **bought}))
+        large = {} if measured is None else {"sizes": sizes_document(measured)}
+        answer(json_text({**model_document(found), **bought, **large}))
     elif gain is not None:
         from fdi.report.model_gain_text import gain_summary
 
@@ -113,7 +139,22 @@ def structure(
         from fdi.report import model_summary
 
         show(model_summary(found))
+        if measured is not None:
+            show(sizes_summary(measured))
     return 0
+
+
+def _picture(figure: str | None, out: Path | None, model: str) -> tuple[str, Path | None]:
+    """Return what is drawn, and into which file."""
+    if figure is None:
+        if out is not None:
+            raise UsageError("--out is for a figure", hint="name one with --figure")
+        return "", None
+    if figure in FIGURES:
+        return figure, out if out is not None else Path(f"{Path(model).stem}-{figure}.svg")
+    if out is not None or not Path(figure).suffix:
+        raise UsageError(f"no figure is called {figure!r}", hint=", ".join(FIGURES))
+    return "isolability", Path(figure)
 
 
 def _ending(file: Path | None, known: tuple[str, ...], what: str) -> str:
