@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fdi.model import load_airframe
     from fdi.residuals import build_bank
     from fdi.result import Analysis
-    from fdi.telemetry import read
+    from fdi.telemetry import log_from_columns, read
 
 _HOMES = {
     "Analysis": "fdi.result",
@@ -35,6 +35,7 @@ _HOMES = {
     "diagnose": "fdi.diagnosis",
     "load_airframe": "fdi.model",
     "load_policy": "fdi.decision",
+    "log_from_columns": "fdi.telemetry",
     "read": "fdi.telemetry",
     "residuals_of": "fdi.chain",
     "vote": "fdi.methods.voting",
@@ -54,6 +55,7 @@ __all__ = [
     "diagnose",
     "load_airframe",
     "load_policy",
+    "log_from_columns",
     "read",
     "residuals_of",
     "vote",

@@ -54,7 +54,7 @@ class _Watch:
 def analyze(
     path: str | Path | Sequence[str | Path],
     *,
-    model: str | Path = "auto",
+    model: str | Path | Airframe = "auto",
     policy: str | Path = "default",
     window: tuple[float, float] | None = None,
     rate: float | None = None,
@@ -72,8 +72,8 @@ def analyze(
     path : str or Path, or several
         The log; of several logs of one flight, by several recorders, the better channel of each is
         used, on the clock of the first.
-    model : str or Path
-        A shipped model, a file, or ``auto``: by the type of the vehicle.
+    model : str, Path or Airframe
+        A shipped model, a file, one that was loaded, or ``auto``: by the type of the vehicle.
     policy : str or Path
         A shipped policy or a file.
     window : (float, float), optional
@@ -116,7 +116,7 @@ def analyze(
         noticed = _estimator(chain)
     told = (
         *_choice(log, system),
-        *_fit(log, chain.airframe, chosen=str(model) == "auto"),
+        *_fit(log, chain.airframe, chosen=model == "auto"),
         *_stopped(log, chain.system),
     )
     return Analysis(

@@ -65,7 +65,7 @@ class Chain(Shown):
 
 def residuals_of(
     log: Log,
-    model: str | Path = "auto",
+    model: str | Path | Airframe = "auto",
     policy: str | Path | Policy = "default",
     *,
     stage: Stage = lambda name, share: nullcontext(),
@@ -75,8 +75,8 @@ def residuals_of(
     Parameters
     ----------
     log : Log
-    model : str or Path
-        A shipped model, a file, or ``auto``: by the type of the vehicle.
+    model : str, Path or Airframe
+        A shipped model, a file, one that was loaded, or ``auto``: by the type of the vehicle.
     policy : str, Path or Policy
         A shipped policy, a file, or one that was loaded.
     stage : callable, optional
@@ -101,7 +101,7 @@ def residuals_of(
     with stage("methods", 0.25):
         log, silent = with_columns(log, methods_of(recipe.methods))
     with stage("observe", 0.3):
-        airframe = load_airframe(choose_model(log) if str(model) == "auto" else model)
+        airframe = _airframe(log, model)
         system = airframe.observe(
             log, repeated=recipe.copies == "kept", commands=recipe.commands == "used"
         )
@@ -110,7 +110,7 @@ def residuals_of(
         system = with_learned(system, recipe.calibration.parameters, where=recipe.name)
     with stage("derive", 0.4):
         bank = cached_bank(system, recipe.tests)
-    _check(bank, log, chosen=str(model) == "auto")
+    _check(bank, log, chosen=model == "auto")
     with stage("sample", 0.5):
         signals, lags = sample(
             log,
@@ -126,6 +126,12 @@ def residuals_of(
         residuals = bank.evaluate(signals, recipe.differentiation)
     silent += tuple(_unknown_methods(airframe, log))
     return Chain(log, airframe, recipe, bank.system, bank, signals, lags, residuals, silent)
+
+
+def _airframe(log: Log, model: str | Path | Airframe) -> Airframe:
+    if isinstance(model, Airframe):
+        return model
+    return load_airframe(choose_model(log) if str(model) == "auto" else model)
 
 
 def _unknown_methods(airframe: Airframe, log: Log) -> Iterator[str]:

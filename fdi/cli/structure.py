@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import rich_click as click
 
@@ -13,10 +13,17 @@ from fdi.cli.options import JSON
 from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
+if TYPE_CHECKING:
+    from fdi.report.model_document import ModelStudy
+
 PICTURES: Final = ("png", "svg", "pdf")
+FIGURES: Final = ("graph", "dm", "isolability", "matching", "sequence")
+EXPORTS: Final = ("py", "csv", "mat", "graphml")
 
 
-@click.command(epilog="Example: fdi structure fixed_wing --log flight.tlog --figure matrix.svg")
+@click.command(
+    epilog="Example: fdi structure fixed_wing --log flight.tlog --sizes --figure isolability"
+)
 @click.argument("model", metavar="MODEL", shell_complete=model_names)
 @click.option(
     "--log", metavar="LOG", type=FILE, help="Only the channels in this log count as present."
@@ -35,10 +42,27 @@ PICTURES: Final = ("png", "svg", "pdf")
 )
 @JSON
 @click.option(
+    "--sizes",
+    is_flag=True,
+    help="With --log: how large each fault must be to be seen within 5 s, and to be told.",
+)
+@click.option(
     "--figure",
+    metavar="KIND|FILE",
+    help=f"Draw {', '.join(FIGURES)}; or the isolability matrix into FILE ({', '.join(PICTURES)}).",
+)
+@click.option(
+    "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help=f"Draw the isolability matrix ({', '.join(PICTURES)}).",
+    help="Where the figure goes; MODEL-KIND.svg without it.",
+)
+@click.option("--test", metavar="ID", help="Of graph, dm, matching, sequence: a generator, as r3.")
+@click.option(
+    "--export",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write the residuals as a Python module (.py), or the incidence (.csv, .mat, .graphml).",
 )
 def structure(
     model: str,
@@ -46,23 +70,29 @@ def structure(
     placing: bool,
     against: str | None,
     as_json: bool,
-    figure: Path | None,
+    sizes: bool,
+    figure: str | None,
+    out: Path | None,
+    test: str | None,
+    export: Path | None,
 ) -> int:
     """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
-    kind = figure.suffix.lower().lstrip(".") if figure is not None else ""
-    if figure is not None and kind not in PICTURES:
-        raise UsageError(
-            f"no picture ends with {figure.suffix!r}", where=str(figure), hint=", ".join(PICTURES)
-        )
+    what, path = _picture(figure, out, model)
+    kind = _ending(path, PICTURES, "picture")
+    form = _ending(export, EXPORTS, "export")
+    if sizes and log is None:
+        raise UsageError("sizes need a flight to be sizes of", hint="name one with --log")
     if placing and against is not None:
         raise UsageError("--place and --against answer two questions", hint="ask one at a time")
+    from fdi.chain import residuals_of
     from fdi.decision import load_policy
     from fdi.methods.columns import with_columns
     from fdi.methods.table import methods_of
     from fdi.model import Airframe, load_airframe
     from fdi.model.placement import Placement, place
-    from fdi.report.model_document import ModelStudy, model_document, study
+    from fdi.report.model_document import model_document, study
     from fdi.report.model_gain import gain_document, model_gain
+    from fdi.report.sizes import sizes_document, sizes_of, sizes_summary
     from fdi.telemetry import read
 
     airframe = load_airframe(model)
@@ -80,20 +110,28 @@ def structure(
 
     found = studied(airframe, place(airframe, recorded) if placing else None)
     gain = None if older is None else model_gain(studied(older), found)
-    if figure is not None:
+    measured = None
+    if sizes and recorded is not None:
+        measured = sizes_of(residuals_of(recorded, airframe).residuals)
+    if path is not None:
         from fdi.report import write_file
-        from fdi.report.figures import isolability_figure
+        from fdi.report.model_figures import model_figure
         from fdi.report.style import image
 
-        title = f"Isolability of {airframe.name}"
-        write_file(figure, image(isolability_figure(found.implementable, title), kind))
+        known = None if measured is None else measured.found
+        write_file(path, image(model_figure(found, what, test, known), kind))
+    if export is not None:
+        from fdi.report import write_file
+
+        write_file(export, _exported(found, form))
     if as_json:
         from fdi.report import json_text
 
         for line in found.warnings:
             complain(f"fdi: warning: {line}")
         bought = {} if gain is None else {"against": gain_document(gain)}
-        answer(json_text({**model_document(found), **bought}))
+        large = {} if measured is None else {"sizes": sizes_document(measured)}
+        answer(json_text({**model_document(found), **bought, **large}))
     elif gain is not None:
         from fdi.report.model_gain_text import gain_summary
 
@@ -102,4 +140,38 @@ def structure(
         from fdi.report import model_summary
 
         show(model_summary(found))
+        if measured is not None:
+            show(sizes_summary(measured))
     return 0
+
+
+def _picture(figure: str | None, out: Path | None, model: str) -> tuple[str, Path | None]:
+    """Return what is drawn, and into which file."""
+    if figure is None:
+        if out is not None:
+            raise UsageError("--out is for a figure", hint="name one with --figure")
+        return "", None
+    if figure in FIGURES:
+        return figure, out if out is not None else Path(f"{Path(model).stem}-{figure}.svg")
+    if out is not None or not Path(figure).suffix:
+        raise UsageError(f"no figure is called {figure!r}", hint=", ".join(FIGURES))
+    return "isolability", Path(figure)
+
+
+def _ending(file: Path | None, known: tuple[str, ...], what: str) -> str:
+    """Return the kind of file that a name ends with."""
+    kind = file.suffix.lower().lstrip(".") if file is not None else ""
+    if file is not None and kind not in known:
+        raise UsageError(
+            f"no {what} ends with {file.suffix!r}", where=str(file), hint=", ".join(known)
+        )
+    return kind
+
+
+def _exported(found: ModelStudy, form: str) -> bytes:
+    from fdi.residuals.export import python_module
+    from fdi.structure.export import incidence_bytes
+
+    if form == "py":
+        return python_module(found.bank).encode()
+    return incidence_bytes(found.system.structure(), form)

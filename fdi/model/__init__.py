@@ -12,6 +12,7 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``airframe.py``, ``parts.py``: the values
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations; ``records.py``:
   what a measured field did over a while
+- ``given.py``: tables and Python functions for equations
 - ``dimensions.py``: units
 - ``observe.py``, ``system.py``: what holds with one log, part by part, and as a value
 - ``parameters.py``: which values the parameters of a model have with a log, and what was assumed
@@ -25,7 +26,8 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 """
 
 from fdi.model.airframe import Airframe
+from fdi.model.given import Function, table
 from fdi.model.load import load_airframe, shipped_models
 from fdi.model.system import System
 
-__all__ = ["Airframe", "System", "load_airframe", "shipped_models"]
+__all__ = ["Airframe", "Function", "System", "load_airframe", "shipped_models", "table"]

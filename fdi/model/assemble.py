@@ -241,7 +241,7 @@ def _sources(entries: Iterable[LogParameter]) -> Iterator[Source]:
 def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> Equation | None:
     entry = definition.entry
     with draft.reporting(definition):
-        left, right = parse_equation(entry.text)
+        left, right = parse_equation(entry.text, draft.found.functions)
         draft.check_names(left)
         draft.check_names(right)
         _check_windowed(left, right, definition)
@@ -293,7 +293,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
 def _amounts(entries: Mapping[str, AmountEntry], draft: _Draft) -> Iterator[Amount]:
     """Yield what a person can check of a statement."""
     for words, entry in entries.items():
-        value = parse(entry.value)
+        value = parse(entry.value, functions=draft.found.functions)
         draft.check_names(value)
         unit = dimension_of(value, draft.units) or Dimension(1.0, (), "1")
         least = quantity(entry.least, dimension("s"))
@@ -342,7 +342,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
 def _condition(text: str | None, draft: _Draft) -> Expression | None:
     if text is None:
         return None
-    condition = parse(text, condition=True)
+    condition = parse(text, condition=True, functions=draft.found.functions)
     draft.check_names(condition, STATES)
     dimension_of(condition, draft.units)
     return condition

@@ -25,6 +25,7 @@ from fdi.model.expression import (
     symbols,
     walk,
 )
+from fdi.model.given import Given
 
 ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
@@ -238,6 +239,9 @@ def _step(
             return _root(node, value, inner == Symbol(name) and not signed)
         case "sqrt", _, _:
             return (power(value, 2),)
+        case Given() as operator, 1, _:
+            undone = operator.undone()
+            return None if undone is None else (Apply(undone, (value,)),)
         case operator, 1, _ if operator in INVERSES:
             return (Apply(INVERSES[operator], (value,)),)
     return None

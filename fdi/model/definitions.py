@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 from fdi.model.columns import Row
+from fdi.model.given import Given
 from fdi.model.parts import ModelFile
 from fdi.model.yaml import Document, Place
 
@@ -43,6 +44,7 @@ class Definitions:
 
     ``folder`` is that of the first file, ``files`` is what was read, ``rows`` are those of a file's
     ``for``, and ``taken`` those of the file that includes it, where it takes columns from there.
+    ``functions`` are those that Python handed over.
     """
 
     folder: Path
@@ -57,6 +59,7 @@ class Definitions:
     taken: dict[Path, Sequence[Row]] = field(default_factory=dict)
     open_files: list[Path] = field(default_factory=list)
     files: list[ModelFile] = field(default_factory=list)
+    functions: Mapping[str, Given] = field(default_factory=dict)
 
     def remove(self, section: str, name: str, among: set[tuple[str, str]]) -> bool:
         """Take out an entry, or ``MESSAGE.field`` of one; return whether it was there.

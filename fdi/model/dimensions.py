@@ -27,6 +27,7 @@ from fdi.model.expression import (
     is_logical,
     to_text,
 )
+from fdi.model.given import Given
 
 _NAME = r"[A-Za-z_%]+(?:(?:\^|\*\*)-?\d)?"
 UNIT: Final = re.compile(rf"(?:1/)?{_NAME}(?:[ */]{_NAME}){{0,5}}\Z")
@@ -133,6 +134,12 @@ def _combine(
     operator: str, arguments: tuple[Expression, ...], inner: list[Dimension | None]
 ) -> Dimension | None:
     first = inner[0]
+    if isinstance(operator, Given):
+        for unit, argument, own in zip(operator.function.takes, arguments, inner, strict=True):
+            if own is not None and not own.fits(dimension(unit)):
+                wanted = f"{operator}(...) takes {unit}"
+                raise ModelError(f"{wanted}, not {to_text(argument)} ({own.text})")
+        return dimension(operator.function.gives)
     if operator in ("+", "-", "min", "max", "<", "<=", ">", ">=", "==", "!="):
         common = _common(arguments, inner)
         return NUMBER if is_logical(Apply(operator, arguments)) else common

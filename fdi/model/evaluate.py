@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
+from fdi.model.given import Given
 from fdi.model.records import change, integral, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
@@ -200,4 +201,6 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
             values = [_evaluate(argument, columns, real_part) for argument in arguments]
             if real_part and operator == "sqrt":
                 values = [np.maximum(values[0], 0.0)]
+            if isinstance(operator, Given):
+                return operator(*values)
             return OPERATIONS[operator](*values)  # type: ignore[no-any-return]

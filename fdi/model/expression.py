@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fdi.errors import ModelError
+from fdi.model.given import Given
 
 MAX_CHARACTERS: Final = 2000
 MAX_DEPTH: Final = 50
@@ -117,7 +118,12 @@ class Apply:
 Expression = Number | Symbol | Text | Apply
 
 
-def parse(text: str, *, condition: bool = False) -> Expression:
+Own = Mapping[str, Given]
+"""Functions that Python handed over, by their names (``given.py``)."""
+NONE: Final[Own] = {}
+
+
+def parse(text: str, *, condition: bool = False, functions: Own = NONE) -> Expression:
     """Return the expression that a text stands for.
 
     Parameters
@@ -127,6 +133,8 @@ def parse(text: str, *, condition: bool = False) -> Expression:
     condition : bool
         Whether the text is a ``when``: then it must be a comparison or a logical combination of
         them, otherwise it must hold neither.
+    functions : mapping of str to Given
+        Further functions that the text may use.
 
     Raises
     ------
@@ -149,7 +157,7 @@ def parse(text: str, *, condition: bool = False) -> Expression:
         raise ModelError(f"not an expression: {reason}") from None
     if sum(1 for _ in ast.walk(tree)) > 4 * MAX_NODES:
         raise ModelError(f"more than {MAX_NODES} terms")
-    expression = _convert(tree.body, 0)
+    expression = _convert(tree.body, 0, functions)
     if isinstance(expression, Text):
         raise ModelError(f"the quoted word {expression.value[:40]!r} is not a number")
     if condition and isinstance(expression, Symbol):  # a flag of the flight state: `airborne`
@@ -160,8 +168,8 @@ def parse(text: str, *, condition: bool = False) -> Expression:
     return expression
 
 
-def parse_equation(text: str) -> tuple[Expression, Expression]:
-    """Return the two sides of an equation ``left = right``.
+def parse_equation(text: str, functions: Own = NONE) -> tuple[Expression, Expression]:
+    """Return the two sides of an equation ``left = right``; ``functions`` as of :func:`parse`.
 
     Raises
     ------
@@ -171,7 +179,7 @@ def parse_equation(text: str) -> tuple[Expression, Expression]:
     sides = re.split(r"(?<![<>=!])=(?!=)", text)
     if len(sides) != 2:
         raise ModelError(f"an equation has one equals sign, this has {len(sides) - 1}")
-    return parse(sides[0]), parse(sides[1])
+    return parse(sides[0], functions=functions), parse(sides[1], functions=functions)
 
 
 def _check_size(text: str) -> None:
@@ -190,7 +198,7 @@ def _check_size(text: str) -> None:
         raise ModelError(f"more than {MAX_DEPTH} powers")
 
 
-def _convert(node: ast.expr, depth: int) -> Expression:
+def _convert(node: ast.expr, depth: int, own: Own) -> Expression:
     if depth > MAX_LEVELS:
         raise ModelError(f"more than {MAX_LEVELS} terms in a row")
     match node:
@@ -207,21 +215,24 @@ def _convert(node: ast.expr, depth: int) -> Expression:
                 raise ModelError(f"{name!r} is not a name")
             return Number(CONSTANTS[name]) if name in CONSTANTS else Symbol(name)
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-            return _quantity(_convert(operand, depth + 1))
+            return _quantity(_convert(operand, depth + 1, own))
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return negative(_quantity(_convert(operand, depth + 1)))
+            return negative(_quantity(_convert(operand, depth + 1, own)))
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return Apply("not", (_logical(_convert(operand, depth + 1)),))
+            return Apply("not", (_logical(_convert(operand, depth + 1, own)),))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
-            sides = (_quantity(_convert(left, depth + 1)), _quantity(_convert(right, depth + 1)))
+            sides = (
+                _quantity(_convert(left, depth + 1, own)),
+                _quantity(_convert(right, depth + 1, own)),
+            )
             return _arithmetic(ARITHMETIC[type(op)], *sides)
         case ast.BoolOp(op=op, values=values):
-            terms = tuple(_logical(_convert(value, depth + 1)) for value in values)
+            terms = tuple(_logical(_convert(value, depth + 1, own)) for value in values)
             return Apply("and" if isinstance(op, ast.And) else "or", terms)
         case ast.Compare(left=left, ops=ops, comparators=comparators):
-            return _comparison([left, *comparators], ops, depth)
+            return _comparison([left, *comparators], ops, depth, own)
         case ast.Call():
-            return _call(node, depth)
+            return _call(node, depth, own)
         case ast.BinOp(op=ast.BitXor()):
             raise ModelError("'^' is no power: use '**'")
     raise ModelError(f"{type(node).__name__} is not allowed in an expression")
@@ -252,8 +263,8 @@ def _constant(expression: Expression) -> float | None:
     return None
 
 
-def _comparison(terms: list[ast.expr], ops: list[ast.cmpop], depth: int) -> Expression:
-    sides = [_convert(term, depth + 1) for term in terms]
+def _comparison(terms: list[ast.expr], ops: list[ast.cmpop], depth: int, own: Own) -> Expression:
+    sides = [_convert(term, depth + 1, own) for term in terms]
     if any(is_logical(side) for side in sides):
         raise ModelError("a comparison of conditions is not allowed")
     parts: list[Expression] = []
@@ -267,17 +278,21 @@ def _comparison(terms: list[ast.expr], ops: list[ast.cmpop], depth: int) -> Expr
     return parts[0] if len(parts) == 1 else Apply("and", tuple(parts))
 
 
-def _call(node: ast.Call, depth: int) -> Expression:
+def _call(node: ast.Call, depth: int, own: Own) -> Expression:
     if not isinstance(node.func, ast.Name):
         raise ModelError("only a function by its name can be called")
     name = node.func.id
-    if name not in FUNCTIONS:
+    if name in own:
+        name = own[name]
+        low = high = len(name.function.takes)
+    elif name in FUNCTIONS:
+        low, high = FUNCTIONS[name]
+    else:
         raise ModelError(f"unknown function {name!r}")
-    low, high = FUNCTIONS[name]
     if node.keywords or not low <= len(node.args) <= high:
         count = f"{low}" if low == high else f"{low} to {high}"
         raise ModelError(f"{name} takes {count} arguments, not {len(node.args)}")
-    arguments = tuple(_quantity(_convert(argument, depth + 1)) for argument in node.args)
+    arguments = tuple(_quantity(_convert(argument, depth + 1, own)) for argument in node.args)
     if name in OVER_RECORDS and not symbols(arguments[0]):
         raise ModelError(f"{name}(...) is of a field, not of {to_text(arguments[0])}")
     if name in OVER_A_WHILE:

@@ -20,6 +20,8 @@ from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
 from fdi.model.columns import Row, rows_of, taken
 from fdi.model.definitions import SECTIONS, Definition, Definitions
+from fdi.model.expression import FUNCTIONS
+from fdi.model.given import Function, named
 from fdi.model.parts import ModelFile
 from fdi.model.repeat import repeated
 from fdi.model.yaml import Document, Place, read_document
@@ -60,13 +62,16 @@ def find_model(name: str | Path) -> Path:
     return path
 
 
-def load_airframe(name: str | Path) -> Airframe:
+def load_airframe(name: str | Path, functions: Mapping[str, Function] | None = None) -> Airframe:
     """Return the airframe in a model file.
 
     Parameters
     ----------
     name : str or Path
         A shipped model's name, or the path of a file.
+    functions : mapping of str to Function, optional
+        Tables and Python functions that its equations may use by these names, and no file can
+        define (``given.py``).
 
     Raises
     ------
@@ -74,17 +79,18 @@ def load_airframe(name: str | Path) -> Airframe:
         The file or an included one is wrong; all problems are reported together.
     """
     path = find_model(name)
-    kept = recall(path, models_folder())
+    kept = None if functions else recall(path, models_folder())
     if kept is not None:
         return kept
-    found = Definitions(path.parent)
+    found = Definitions(path.parent, functions=named(functions or {}, FUNCTIONS))
     main = _read(path, path.name, found)
     if found.problems or main is None:
         raise ModelError.of(found.problems)
     from fdi.model.assemble import assemble
 
     airframe = assemble(main, found)
-    remember(path, models_folder(), found.looked, airframe)
+    if not functions:  # code is not kept in a file
+        remember(path, models_folder(), found.looked, airframe)
     return airframe
 
 

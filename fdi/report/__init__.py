@@ -14,6 +14,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``methods_document.py``: what methods beside the model's tests show, for analysis.json
 - ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,
   ``fdi info`` and ``fdi structure`` give as JSON
+- ``model_figures.py``: a model in pictures; ``sizes.py``: how large faults must be on a flight
 - ``model_gain.py``, ``model_gain_text.py``: what a model shows beyond an older one
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder

@@ -30,6 +30,7 @@ FORMATS: Final = {
     "tlog": "MAVLink telemetry log",
     "dataflash": "DataFlash log",
     "dataflash_text": "DataFlash log in text form",
+    "table": "table of columns",
     "ulog": "ULog",
 }
 UTC_SOURCES: Final = {"vehicle": "the vehicle's", "recorder": "the recorder's"}

@@ -18,8 +18,10 @@ over, such that everything can be computed in order from what was measured. ``Sy
   between healthy flights of one vehicle
 - ``evaluate.py``: residual columns with their predicted spread
 - ``respond.py``: how residuals move when a fault is put into the data
+- ``distinguish.py``: how far apart faults are in noise, and how large one must be to be told
+- ``suffice.py``: the cheapest tests or sensors that tell faults of given sizes apart
 - ``amount.py``: how much it is, where a statement is violated
-- ``cache.py``: a compiled bank on disk
+- ``cache.py``: a compiled bank on disk; ``export.py``: a bank as a Python module of its own
 """
 
 from fdi.residuals.bank import Bank, Generator, NotImplementable, Residuals

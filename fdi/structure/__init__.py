@@ -33,6 +33,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
   ``purposes.py``, ``finder.py``, ``leaving.py`` and ``cover.py``
 - ``adapters.py``: models from and to networkx, scipy, sympy, the toolbox of record
 - ``frames.py``, ``plot.py``: matrices with names, pictures
+- ``export.py``: the incidence as a file for other programs
 """
 
 from fdi.structure.computation import Rules

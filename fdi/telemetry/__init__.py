@@ -23,6 +23,7 @@ sensors.py    sensors that the autopilot stops using
 flights.py    take-off, landing, impact from the data
 airtime.py    from when to when a flight is in the air, and settled
 ends.py       how each flight ends
+columns.py    `log_from_columns`: arrays of one's own as a log
 together/     `join`: several logs of one flight as one
 copies.py     `Copy`: channels that say the same twice
 signals.py    `Request`, `Sampling`, `Signals`: resampling
@@ -33,6 +34,7 @@ dialect.py    MAVLink message definitions
 
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
+from fdi.telemetry.columns import log_from_columns
 from fdi.telemetry.copies import Copy
 from fdi.telemetry.events import Event, Flight, FlightState
 from fdi.telemetry.log import Log
@@ -56,5 +58,6 @@ __all__ = [
     "Sampling",
     "Signals",
     "join",
+    "log_from_columns",
     "read",
 ]

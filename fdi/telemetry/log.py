@@ -103,7 +103,7 @@ class Log:
     ----------
     path : Path
     format : str
-        ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``.
+        ``tlog``, ``dataflash``, ``dataflash_text``, ``ulog``, ``table``.
     data : (n,) uint8
         The file's bytes; of several files the first one's.
     duration : float

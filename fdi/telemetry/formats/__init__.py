@@ -7,6 +7,7 @@ changed one.
 tlog/       MAVLink telemetry logs
 dataflash/  ArduPilot DataFlash logs, binary and in text form
 ulog/       PX4 logs
+table.py    CSV and Parquet tables of somebody's own
 bytes/      rows of bytes, by whatever format: gathered, told apart, looped over
 bounds.py   how much of what a log says about itself is kept
 change.py   what becomes of a message's records, for who writes
@@ -30,6 +31,7 @@ from fdi.telemetry.formats.dataflash import (
     read_dataflash_text,
     write_dataflash,
 )
+from fdi.telemetry.formats.table import is_table, read_table
 from fdi.telemetry.formats.tlog import is_tlog, read_tlog, write_tlog
 from fdi.telemetry.formats.ulog import is_ulog, read_ulog, write_ulog
 from fdi.telemetry.log import Log
@@ -49,6 +51,7 @@ FORMATS: Final[dict[str, Format]] = {
     "ulog": Format(is_ulog, read_ulog, write_ulog),  # the cheaper looks first
     "dataflash": Format(is_dataflash, read_dataflash, write_dataflash),
     "dataflash_text": Format(is_dataflash_text, read_dataflash_text, None),
+    "table": Format(is_table, read_table, None),
     "tlog": Format(is_tlog, read_tlog, write_tlog),
 }
 

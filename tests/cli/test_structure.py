@@ -1,0 +1,47 @@
+"""``fdi structure``: its pictures, sizes and exports, and what it refuses of them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .conftest import LOG, Run
+
+
+def test_sizes_are_those_of_the_stated_accuracy(run: Run, model: Path) -> None:
+    ended = run("structure", model, "--log", LOG, "--sizes", "--json")
+    assert ended.code == 0
+    sizes = json.loads(ended.out)["sizes"]
+    (gps,) = (row for row in sizes["faults"] if row["fault"] == "GPS_RAW_INT.alt")
+    assert gps["known"]
+    assert 0.5 < gps["seen"] < 20  # 3 m of accuracy against another height
+    assert "Smallest step" in run("structure", model, "--log", LOG, "--sizes").out
+
+
+def test_figures_and_exports_are_written(run: Run, model: Path) -> None:
+    wanted = ("--figure", "sequence", "--export", "own.py")
+    assert run("structure", model, *wanted).code == 0
+    assert Path(f"{model.stem}-sequence.svg").read_text().startswith("<?xml")
+    assert "def residuals(" in Path("own.py").read_text()
+    assert run("structure", model, "--figure", "matrix.png").code == 0
+    assert Path("matrix.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--sizes",), "need a flight"),
+        (("--figure", "portrait"), "no figure is called"),
+        (("--figure", "a.bmp"), "no picture ends with"),
+        (("--figure", "graph", "--out", "a.bmp"), "no picture ends with"),
+        (("--out", "a.svg"), "--out is for a figure"),
+        (("--figure", "sequence", "--test", "r99"), "no residual generator"),
+        (("--export", "a.txt"), "no export ends with"),
+    ],
+)
+def test_what_makes_no_sense_is_one_line(
+    run: Run, model: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    ended = run("structure", model, *arguments)
+    assert ended.code == 2
+    assert said in ended.err
