@@ -58,8 +58,8 @@ def enclose(node: Expression, unknowns: Unknowns, columns: Mapping[str, Column])
     """
     size = next(iter(unknowns.values()))[1].low.shape
     if not any(count(node, name) for name in unknowns):
-        value = np.broadcast_to(evaluate(node, columns), size).astype(float)
-        return Enclosure(node, _out(value, value))
+        known = np.broadcast_to(evaluate(node, columns), size).astype(float)
+        return Enclosure(node, _out(known, known))
     if isinstance(node, Symbol):
         place, own = unknowns[node.name]
         slope = np.zeros((len(unknowns), *size))

@@ -58,7 +58,8 @@ def solve_loop(
     if slopes is not None:
         return _linear(equations, slopes, unknowns, columns, size)
     shown = np.full((len(unknowns), size), np.nan) if near is None else near
-    found = all_roots(equations, unknowns, columns, size, np.isfinite(shown).any(axis=0))
+    told = np.asarray(np.isfinite(shown).any(axis=0))
+    found = all_roots(equations, unknowns, columns, size, told)
     chosen = choose(found.values, shown, [u.circular for u in unknowns])
     return Solved(
         np.where(found.complete, chosen.columns, np.nan), chosen.ambiguous | ~found.complete

@@ -310,7 +310,7 @@ def _cut(boxes: _Boxes, smear: Floats) -> _Boxes:
     # In this measure every order of magnitude is as wide as any other, and zero is within reach.
     low, high = np.arcsinh(boxes.low), np.arcsinh(boxes.high)
     width = (high - low).T
-    usable = np.isfinite(smear).all(axis=1)
+    usable: NDArray[np.bool_] = np.asarray(np.isfinite(smear).all(axis=1))
     along = np.argmax(np.where(usable[:, None], smear, width), axis=1)
     column = np.arange(len(along))
     a, b = boxes.low[along, column], boxes.high[along, column]
@@ -346,5 +346,5 @@ def _gathered(found: _Found, m: int, size: int, unknowns: Sequence[Variable]) ->
             # A root at zero, or beside one, has no size of its own: that of the others counts.
             scale = np.max(np.abs(values[later]), axis=0)
             same |= gap <= 1e-12 * scale
-            values[later][:, same.all(axis=0)] = np.nan
+            values[later][:, np.all(same, axis=0)] = np.nan
     return values
