@@ -8,6 +8,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``sets.py``: which test sets
 - ``rules.py``: which matchings are valid, and which are best
 - ``solve.py``, ``newton.py``: one equation for one unknown; a loop of several
+- ``roots.py``, ``interval.py``: all solutions of a loop, by boxes of which it is proven
 - ``node.py``, ``bank.py``: the values
 - ``differentiate.py``: derivatives and their noise gain
 - ``reads.py``: what a computation is made of: nodes, channels, faults

@@ -171,6 +171,7 @@ class Bank:
             found.response,
             signals,
             differentiation,
+            found.ambiguous,
         )
 
     def describe(self, generator: Generator) -> str:
@@ -215,6 +216,8 @@ class Residuals(Shown):
         Handed on with the log's events, flights and parameters.
     recipe : Differentiation
         How derivatives were taken.
+    ambiguous : (r, n) bool or None
+        Where it is unknown because several roots fit and no channel tells which is meant.
     """
 
     bank: Bank
@@ -228,6 +231,7 @@ class Residuals(Shown):
     response: Floats
     signals: Signals
     recipe: Differentiation
+    ambiguous: NDArray[np.bool_] | None = None
 
     @property
     def lasting(self) -> Floats:
@@ -239,6 +243,19 @@ class Residuals(Shown):
     def t(self) -> Floats:
         """Return the grid, (n,) s of the log's clock."""
         return self.signals.t
+
+    def notes(self) -> tuple[str, ...]:
+        """Return in words which residuals an ambiguous root makes unknown, and how often."""
+        if self.ambiguous is None:
+            return ()
+        return tuple(
+            f"{generator.id} ({self.bank.describe(generator)}) is unknown for {share:.0%} of the "
+            f"time: several roots fit, and no channel tells which is meant"
+            for generator, share in zip(
+                self.bank.generators, self.ambiguous.mean(axis=1), strict=True
+            )
+            if share
+        )
 
     def frame(self) -> pandas.DataFrame:
         """Return the values as a frame, time by residual."""

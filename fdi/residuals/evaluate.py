@@ -26,6 +26,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Expression, Symbol, symbols
@@ -33,7 +34,7 @@ from fdi.model.parts import Measurement
 from fdi.model.system import System
 from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
-from fdi.residuals.newton import choose, solve_loop
+from fdi.residuals.newton import choose, solve_loop, solve_moved
 from fdi.residuals.node import Node
 from fdi.residuals.regress import slope
 from fdi.telemetry import Signals
@@ -57,7 +58,8 @@ which the value moves."""
 class Evaluated(NamedTuple):
     """Columns of residuals, (r, n), their delays, (r,) s, and responses to faults, (r, f).
 
-    ``unsure``: one standard deviation of what unsure parameters make of them.
+    ``unsure``: one standard deviation of what unsure parameters make of them. ``ambiguous``: where
+    they are unknown because more than one root of an equation or loop may be meant.
     """
 
     values: Floats
@@ -67,13 +69,15 @@ class Evaluated(NamedTuple):
     unsure: Floats
     delay_s: Floats
     response: Floats
+    ambiguous: NDArray[np.bool_]
 
 
 @dataclass(slots=True)
 class Value:
     """A node's column, its effects, and how many samples ahead it looks.
 
-    ``spacing``: the time between the records of the sparsest channel beneath it, s.
+    ``spacing``: the time between the records of the sparsest channel beneath it, s. ``ambiguous``:
+    where a root beneath it is, None for nowhere.
     """
 
     column: Floats
@@ -81,6 +85,7 @@ class Value:
     ahead: int = 0
     parts: tuple[Value, ...] = ()
     spacing: float = 0.0
+    ambiguous: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +130,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
         rows.setdefault(number, []).append(row)
     values, spread, allowance, swing, unsure = (np.full((count, size), np.nan) for _ in range(5))
     ahead = np.zeros(count)
+    ambiguous = np.zeros((count, size), dtype=bool)
     response = np.full((count, len(context.system.faults)), np.nan)
     last_use = _last_uses(nodes)
     done: dict[int, Value] = {}
@@ -139,14 +145,16 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             unsure[row] = root_sum(value.effects, ("parameter",), size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
+            if value.ambiguous is not None:
+                ambiguous[row] = value.ambiguous
         for used in set(node.reads):
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    for array in (values, spread, allowance, swing, unsure, ahead, response):
+    for array in (values, spread, allowance, swing, unsure, ahead, response, ambiguous):
         array.flags.writeable = False
-    return Evaluated(values, spread, allowance, swing, unsure, ahead, response)
+    return Evaluated(values, spread, allowance, swing, unsure, ahead, response, ambiguous)
 
 
 def context_of(
@@ -220,8 +228,10 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
         case _:
             value = _function(node, done, context)
     beneath = [done[i].spacing for _, i in (*node.arguments, *node.gate_arguments)]
+    unclear = [done[i].ambiguous for _, i in node.arguments]
     for part in (value, *value.parts):
         part.spacing = max([context.step, *beneath])
+        part.ambiguous = _either(part.ambiguous, *unclear)
     if node.gate is not None:
         columns = {name: done[i].column for name, i in node.gate_arguments}
         step = {"step": np.array(value.spacing)}
@@ -229,6 +239,11 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
         for part in (value, *value.parts):
             part.column = np.where(valid, part.column, np.nan)
     return value
+
+
+def _either(*masks: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
+    some = [mask for mask in masks if mask is not None]
+    return np.logical_or.reduce(some) if some else None
 
 
 def _channel(node: Node, context: Context) -> Value:
@@ -311,13 +326,21 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         roots = [evaluate(e, everything, real_part=context.real_part) for e in node.expressions]
         size = len(context.signals.t)
         stacked = np.array([np.broadcast_to(root, size) for root in roots])
+        if node.kind == "solve" and not stated:
+            stacked = _inside(_solving(stacked, node, everything, context), node, context)
         if len(roots) == 1:
             value = stacked[0]
         else:
-            value = _choose(_solving(stacked, node, everything, context), node, near, context)
+            value, unclear[:] = choose(stacked[:, None, :], near, (circular,))
+            value = value[0]
         return wrap(value) if circular else value
 
+    unclear = np.zeros(len(context.signals.t), dtype=bool)
+    stated = (
+        Symbol(node.variables[0]) in (equation.left, equation.right) if node.variables else True
+    )
     column = compute(given)
+    ambiguous = unclear.copy() if unclear.any() else None
     effects = moved_by(compute, column, arguments, circular)
     sides = (equation.left, equation.right)
     if node.kind == "residual":
@@ -342,7 +365,7 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         if equation.swings:
             effects["swing", -1 - node.equation, 0] = turned
     ahead = max((value.ahead for value in arguments.values()), default=0)
-    return Value(column, effects, ahead)
+    return Value(column, effects, ahead, ambiguous=ambiguous)
 
 
 def _since_beginning(column: Floats, context: Context, circular: bool) -> Floats:
@@ -423,13 +446,14 @@ def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: 
     return kept
 
 
-def _choose(roots: Floats, node: Node, near: Floats, context: Context) -> Floats:
+def _inside(roots: Floats, node: Node, context: Context) -> Floats:
+    """Return the roots that lie in the domain of what an equation was solved for."""
+    if context.real_part:
+        return roots
     variable = context.system.variables[node.variables[0]]
     low = -np.inf if variable.low is None else variable.low
     high = np.inf if variable.high is None else variable.high
-    inside = np.where((roots >= low) & (roots <= high), roots, np.nan)
-    track: Floats = choose(inside[:, None, :], near)[0]
-    return track
+    return np.where((roots >= low) & (roots <= high), roots, np.nan)
 
 
 def _near(node: Node, done: Mapping[int, Value], context: Context) -> Floats:
@@ -510,22 +534,24 @@ def _loop(node: Node, done: Mapping[int, Value], context: Context) -> Value:
     unknowns = [context.system.variables[name] for name in node.variables]
     near = _near(node, done, context)
 
-    def solve(columns: Mapping[str, Column]) -> list[Floats]:
-        known = {**context.constants, **columns}
-        solution = solve_loop(node.expressions, unknowns, known, near)
-        return [np.broadcast_to(column, len(context.signals.t)).copy() for column in solution]
-
     given = {name: value.column for name, value in arguments.items()}
-    columns = solve(given)
+    found = solve_loop(node.expressions, unknowns, {**context.constants, **given}, near)
+    size = len(context.signals.t)
+    columns = np.broadcast_to(found.columns, (len(unknowns), size)).copy()
     sources = dict.fromkeys(key for value in arguments.values() for key in value.effects)
     effects: list[Effects] = [{} for _ in columns]
     for source in sources:
-        moved = solve(_shifted(arguments, source, 1))
-        for own, column, after in zip(effects, columns, moved, strict=True):
-            own[source] = np.nan_to_num(after - column)
+        known = {**context.constants, **_shifted(arguments, source, 1)}
+        moved = solve_moved(node.expressions, unknowns, known, columns)
+        for own, unknown, column, after in zip(effects, unknowns, columns, moved, strict=True):
+            own[source] = _difference(after, column, unknown.circular)
     ahead = max((value.ahead for value in arguments.values()), default=0)
-    parts = tuple(Value(c, e, ahead) for c, e in zip(columns, effects, strict=True))
-    return Value(columns[0], {}, ahead, parts)
+    ambiguous = np.broadcast_to(found.ambiguous, size) if found.ambiguous.any() else None
+    parts = tuple(
+        Value(wrap(c) if unknown.circular else c, e, ahead, ambiguous=ambiguous)
+        for c, e, unknown in zip(columns, effects, unknowns, strict=True)
+    )
+    return Value(parts[0].column, {}, ahead, parts, ambiguous=ambiguous)
 
 
 def _part(node: Node, done: Mapping[int, Value], context: Context) -> Value:

@@ -1,32 +1,38 @@
 """Which values solve a small system of equations, at all samples at once?
 
 In: the equations of an algebraic loop as expressions that are zero, and the columns they know. Out:
-one column for each unknown of the loop. A damped Newton (Levenberg-Marquardt) runs on all samples
-together from a few starting points, one per combination of signs; roots outside a variable's domain
-are dropped, and among several the one nearest to what a channel shows is taken, or the one that
-continues the previous sample where no channel shows the unknown.
-
-The iteration is capped; a sample that has not converged is unknown.
+one column for each unknown of the loop, and where they are unknown because more than one solution
+lies in the domains. A loop that is linear in its unknowns is solved exactly, with rows and columns
+brought to one size. Of any other all solutions are looked for (``roots.py``); among several the one
+nearest to what a channel shows is taken. Where no channel shows any, or where it is not proven that
+there is no other solution, the root is ambiguous: unknown, and told, instead of a guess.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.model.calculus import derivative
-from fdi.model.evaluate import Column, Floats, evaluate
-from fdi.model.expression import Expression
+from fdi.model.calculus import ZERO, derivative
+from fdi.model.evaluate import Column, Floats, evaluate, wrap
+from fdi.model.expression import Apply, Expression, count, substitute, walk
 from fdi.model.parts import Variable
+from fdi.residuals.roots import all_roots, domain_of, polished
 
-MAX_ITERATIONS: Final = 60
-MAX_STARTS: Final = 8
-TOLERANCE: Final = 1e-9
-"""Of the residual norm, relative to the size of the known values."""
+SINGULAR: Final = 1e-12
+"""Reciprocal condition of an equilibrated linear system below which it has no one solution."""
+TIED: Final = 1e-9
+"""Roots whose distances from what is shown differ by a smaller share are equally far."""
+
+
+class Solved(NamedTuple):
+    """Columns of the unknowns, (m, n), and where more than one root may be meant, (n,)."""
+
+    columns: Floats
+    ambiguous: NDArray[np.bool_]
 
 
 def solve_loop(
@@ -34,7 +40,7 @@ def solve_loop(
     unknowns: Sequence[Variable],
     columns: Mapping[str, Column],
     near: Floats | None = None,
-) -> list[Floats]:
+) -> Solved:
     """Return a column for every unknown.
 
     Parameters
@@ -47,154 +53,142 @@ def solve_loop(
     near : (m, n) float, optional
         What channels show of the unknowns, to tell several solutions apart.
     """
-    known = [np.abs(np.asarray(c, dtype=float)) for c in columns.values() if np.ndim(c)]
-    size = len(known[0]) if known else 1
-    scale = np.nan_to_num(np.nanmax(np.vstack([*known, np.ones(size)]), axis=0), nan=1.0)
-    slopes = [[derivative(equation, u.name) for u in unknowns] for equation in equations]
-    tracks = []
-    for signs in list(product((1.0, -1.0), repeat=len(unknowns)))[:MAX_STARTS]:
-        start = np.array([sign * scale for sign in signs])
-        tracks.append(_iterate(equations, slopes, unknowns, columns, start, scale))
-    candidates = np.array(tracks)  # (starts, unknowns, n)
-    outside = np.any([_outside(candidates[:, i], u) for i, u in enumerate(unknowns)], axis=0)
-    candidates = np.where(outside[:, None, :], np.nan, candidates)
-    chosen = follow(candidates) if near is None else choose(candidates, near)
-    return [chosen[place] for place in range(len(unknowns))]
+    size = max((len(c) for c in columns.values() if np.ndim(c)), default=1)
+    slopes = linear_slopes(equations, unknowns)
+    if slopes is not None:
+        return _linear(equations, slopes, unknowns, columns, size)
+    shown = np.full((len(unknowns), size), np.nan) if near is None else near
+    told = np.asarray(np.isfinite(shown).any(axis=0))
+    found = all_roots(equations, unknowns, columns, size, told)
+    chosen = choose(found.values, shown, [u.circular for u in unknowns])
+    return Solved(
+        np.where(found.complete, chosen.columns, np.nan), chosen.ambiguous | ~found.complete
+    )
 
 
-def _outside(values: Floats, variable: Variable) -> NDArray[np.bool_]:
-    low = -np.inf if variable.low is None else variable.low
-    high = np.inf if variable.high is None else variable.high
-    return np.asarray((values < low - 1e-9) | (values > high + 1e-9))
-
-
-def _iterate(
+def solve_moved(
     equations: Sequence[Expression],
-    slopes: Sequence[Sequence[Expression | None]],
     unknowns: Sequence[Variable],
     columns: Mapping[str, Column],
     start: Floats,
-    scale: Floats,
 ) -> Floats:
+    """Return the root, (m, n), that a root goes to where what is known moves a little.
+
+    Parameters
+    ----------
+    equations, unknowns, columns
+        As of :func:`solve_loop`.
+    start : (m, n) float
+        The root before; unknown where that is.
+    """
     size = start.shape[1]
-    point = start.copy()
-    damping = np.full(size, 1e-3)
-    best = np.full(size, np.inf)
-    kept = point.copy()
-    for _ in range(MAX_ITERATIONS):
-        here = {**columns, **{u.name: point[i] for i, u in enumerate(unknowns)}}
-        value = np.array([np.broadcast_to(evaluate(e, here), size) for e in equations])
-        norm = np.nan_to_num(np.sqrt(np.sum(value**2, axis=0)), nan=np.inf)
-        better = norm < best
-        best = np.where(better, norm, best)
-        kept = np.where(better, point, kept)
-        damping = np.clip(np.where(better, damping / 5, damping * 5), 1e-12, 1e6)
-        if np.all((best < TOLERANCE * scale) | ~np.isfinite(best)):
-            break
-        point = kept + _step(equations, slopes, unknowns, columns, kept, damping)
-    return np.where(best < TOLERANCE * scale, kept, np.nan)
+    slopes = linear_slopes(equations, unknowns)
+    if slopes is not None:
+        return _linear(equations, slopes, unknowns, columns, size).columns
+    names = [u.name for u in unknowns]
+    whole = {k: np.broadcast_to(np.asarray(v, dtype=float), size) for k, v in columns.items()}
+    return polished(equations, names, whole, start)
 
 
-def _step(
+def linear_slopes(
+    equations: Sequence[Expression], unknowns: Sequence[Variable]
+) -> list[list[Expression]] | None:
+    """Return the slopes of equations by unknowns if these are in none of them, else None."""
+    names = {u.name for u in unknowns}
+    rows = []
+    for equation in equations:
+        if any(
+            isinstance(node, Apply)
+            and node.operator == "wrap"
+            and any(count(node, n) for n in names)
+            for node in walk(equation)
+        ):
+            return None  # slope one, but for its jumps
+        row = []
+        for unknown in unknowns:
+            slope = derivative(equation, unknown.name)
+            if slope is None or any(count(slope, name) for name in names):
+                return None
+            row.append(slope)
+        rows.append(row)
+    return rows
+
+
+def _linear(
     equations: Sequence[Expression],
-    slopes: Sequence[Sequence[Expression | None]],
+    slopes: Sequence[Sequence[Expression]],
     unknowns: Sequence[Variable],
     columns: Mapping[str, Column],
-    point: Floats,
-    damping: Floats,
-) -> Floats:
-    size = point.shape[1]
-    here = {**columns, **{u.name: point[i] for i, u in enumerate(unknowns)}}
-    value = np.array([np.broadcast_to(evaluate(e, here), size) for e in equations])
-    jacobian = np.empty((size, len(equations), len(unknowns)))
-    for row, equation in enumerate(equations):
-        for column, unknown in enumerate(unknowns):
-            slope = slopes[row][column]
-            if slope is None:
-                width = 1e-6 * (1 + np.abs(point[column]))
-                moved = {**here, unknown.name: point[column] + width}
-                entry = (evaluate(equation, moved) - value[row]) / width
-            else:
-                entry = np.broadcast_to(evaluate(slope, here), size)
-            jacobian[:, row, column] = entry
-    jacobian = np.nan_to_num(jacobian)
-    transposed = jacobian.transpose(0, 2, 1)
-    square = transposed @ jacobian
-    diagonal = np.einsum("nii->ni", square)
-    diagonal += damping[:, None] * (diagonal + 1e-9)
-    right = transposed @ np.nan_to_num(value.T[:, :, None])
-    return -np.linalg.solve(square, right)[:, :, 0].T
+    size: int,
+) -> Solved:
+    """Return the one solution of linear equations, unknown where there is none or many."""
+    m = len(unknowns)
+    nowhere = {u.name: ZERO for u in unknowns}
+    matrix = np.array(
+        [[np.broadcast_to(evaluate(s, columns), size) for s in row] for row in slopes]
+    )
+    right = np.array(
+        [-np.broadcast_to(evaluate(substitute(e, nowhere), columns), size) for e in equations]
+    )
+    matrix, right = matrix.transpose(2, 0, 1).copy(), right.T.copy()
+    known = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    matrix[~known], right[~known] = np.eye(m), 0.0
+    across, down = np.ones((size, 1, m)), np.ones((size, m, 1))
+    for _ in range(2):
+        down /= _sizes(matrix * down * across, 2)
+        across /= _sizes(matrix * down * across, 1)
+    even = matrix * down * across
+    values = np.linalg.svd(even, compute_uv=False)
+    regular = values[:, -1] > SINGULAR * values[:, 0]
+    even[~regular] = np.eye(m)
+    solution = np.linalg.solve(even, right[:, :, None] * down)[:, :, 0] * across[:, 0]
+    columns_of = np.where((known & regular)[:, None], solution, np.nan).T
+    for own, unknown in zip(columns_of, unknowns, strict=True):
+        low, high = domain_of(unknown)
+        turned = wrap(own) if unknown.circular else own
+        slack = 1e-9 * (1 + np.abs(turned))
+        own[(turned < low - slack) | (turned > high + slack)] = np.nan
+    columns_of[:, np.isnan(columns_of).any(axis=0)] = np.nan
+    return Solved(columns_of, known & ~regular)
 
 
-def choose(candidates: Floats, near: Floats) -> Floats:
-    """Return of several candidate roots the one that is nearest to what was measured.
+def _sizes(matrix: Floats, axis: int) -> Floats:
+    size = np.abs(matrix).max(axis=axis, keepdims=True)
+    # of a power of two, so that bringing to one size rounds nothing
+    return np.where(size > 0, np.exp2(np.round(np.log2(np.where(size > 0, size, 1.0)))), 1.0)
+
+
+def choose(candidates: Floats, near: Floats, circular: Sequence[bool]) -> Solved:
+    """Return of several roots the only one, or the one nearest to what was measured.
 
     Parameters
     ----------
     candidates : (k, m, n) float
         k roots of m unknowns at n samples; NaN where a root does not exist.
     near : (m, n) float
-        What a channel shows of the unknowns; NaN where none does. Where it shows none of them, the
-        root follows from continuity (:func:`follow`).
-
-    Returns
-    -------
-    (m, n) float
+        What a channel shows of the unknowns; NaN where none does.
+    circular : sequence of bool
+        Whether an unknown is an angle.
 
     Notes
     -----
     ``tan(course) = v_e/v_n`` with the ground speed has two solutions, one the reverse of the other,
-    and at rest they meet: continuity alone would leave such a place on the wrong one for the rest
-    of the flight.
+    and at rest they meet: continuity would leave such a place on the wrong one for the rest of the
+    flight. So only what is measured at a sample decides there.
     """
-    track = follow(candidates)
+    exists = np.isfinite(candidates).all(axis=1)  # (k, n)
+    shown = np.isfinite(near).any(axis=0)
     gap = candidates - near[None]
-    shown = np.isfinite(near).any(axis=0) & np.isfinite(candidates).all(axis=1).any(axis=0)
-    if len(candidates) == 1 or not shown.any():
-        return track
+    turned = np.asarray(circular)[None, :, None]
+    gap = np.where(turned, wrap(gap), gap)
     distance = np.sqrt(np.nansum(gap**2, axis=1))
-    distance[~np.isfinite(candidates).all(axis=1)] = np.inf
+    distance[~exists] = np.inf
     best = np.argmin(distance, axis=0)
-    nearest: Floats = candidates[best, :, np.arange(candidates.shape[2])].T
-    return np.where(shown, nearest, track)
-
-
-def follow(candidates: Floats) -> Floats:
-    """Return the track through several candidate roots that is continuous.
-
-    Parameters
-    ----------
-    candidates : (k, m, n) float
-        k roots of m unknowns at n samples; NaN where a root does not exist.
-
-    Returns
-    -------
-    (m, n) float
-        From every sample to the next the nearest root is taken; of the tracks that start at the
-        roots of the first sample, the one that is known longest and moves least.
-
-    Notes
-    -----
-    The map from the roots of a sample to those of the next is composed over all samples by doubling
-    (a prefix scan), so no loop runs over samples: O(k^2 n) for the map, O(k n log n) for the scan.
-    """
-    k, _, n = candidates.shape
-    if k == 1 or n == 1:
-        first: Floats = candidates[int(np.argmax(np.isfinite(candidates[:, 0, 0])))]
-        return first
-    jump = np.linalg.norm(candidates[:, None, :, :-1] - candidates[None, :, :, 1:], axis=2)
-    nearest = np.argmin(np.nan_to_num(jump, nan=np.inf), axis=1)  # (k, n-1)
-    # A root that ceases to exist hands over to itself, so that the track survives a gap.
-    lost = ~np.isfinite(jump).any(axis=1)
-    nearest = np.where(lost, np.arange(k)[:, None], nearest)
-    path = np.concatenate([np.arange(k)[:, None], nearest], axis=1)
-    shift = 1
-    while shift < n:
-        later = path[:, shift:].copy()
-        path[:, shift:] = np.take_along_axis(later, path[:, :-shift], axis=0)
-        shift *= 2
-    tracks = candidates[path, :, np.arange(n)]  # (k, n, m)
-    known = np.isfinite(tracks[:, :, 0]).sum(axis=1)
-    moved = np.nansum(np.linalg.norm(np.diff(tracks, axis=1), axis=2), axis=1)
-    best = min(range(k), key=lambda i: (-known[i], moved[i], i))
-    return tracks[best].T  # type: ignore[no-any-return]
+    columns = candidates[best, :, np.arange(candidates.shape[2])].T
+    several = exists.sum(axis=0) > 1
+    # Roots of which the channel shows the same are not told apart by it.
+    tied = np.zeros(several.shape, dtype=bool)
+    level = np.sort(distance, axis=0)[:2, several]
+    tied[several] = level[1:].sum(axis=0) <= (1 + TIED) * level[0]
+    ambiguous = several & (~shown | tied)
+    return Solved(np.where(ambiguous | ~exists.any(axis=0), np.nan, columns), ambiguous)

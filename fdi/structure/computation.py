@@ -50,6 +50,10 @@ class Rules(Shown):
         the model's ``nonsolvable`` ones and states.
     costs : tuple of float, optional
         One for each equation, not negative; by default 1, and 100 for a differential one.
+    integrate : bool
+        Whether ``dx = d/dt x`` may also be solved for x, alone or in a dynamic loop: as an
+        observer, whose residual holds start value and drift. What was integrated is not
+        differentiated.
 
     References
     ----------
@@ -60,13 +64,14 @@ class Rules(Shown):
     Examples
     --------
     >>> Rules(loops=False)
-    Rules(loops=False, differentiate=True, solvable=None, costs=None)
+    Rules(loops=False, differentiate=True, solvable=None, costs=None, integrate=False)
     """
 
     loops: bool = True
     differentiate: bool = True
     solvable: frozenset[tuple[int, int]] | None = None
     costs: tuple[float, ...] | None = None
+    integrate: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,6 +93,8 @@ class Steps:
     costs : tuple of float
     free : bool
         Whether the rules allow every matching, so that structure alone decides.
+    integrate : bool
+        Whether states may be integrated; ``solvable`` does not hold them.
 
     References
     ----------
@@ -106,6 +113,7 @@ class Steps:
     differential: Mapping[tuple[int, int], str]
     costs: tuple[float, ...]
     free: bool
+    integrate: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,6 +191,7 @@ def steps(model: Model, rules: Rules | None) -> Steps:
         {(equation, unknown): kind for equation, unknown, kind in model.derivative},
         costs,
         all(in_loop) and all(len(own) == len(row) for own, row in zip(solvable, rows, strict=True)),
+        rules is not None and rules.integrate,
     )
 
 
@@ -277,6 +286,13 @@ class _Run:
         self._behind = [0] * n  # bit set of equations
         self._price = [0.0] * n
         self._ready: list[tuple[float, int]] = []
+        self._integrated: set[int] = set()
+        self._constraint: dict[int, tuple[int, int]] = {}  # state and derivative of each
+        if model_steps.integrate:
+            ends = sorted((e, kind != "i", u) for (e, u), kind in model_steps.differential.items())
+            self._constraint = {
+                e: (x, dx) for (e, _, x), (_, _, dx) in zip(ends[::2], ends[1::2], strict=True)
+            }
 
     def offer(self, equations: Sequence[int]) -> None:
         """Take equations in and compute what they allow."""
@@ -285,7 +301,7 @@ class _Run:
             if self.missing[equation] == 1:
                 self._push(equation)
         self._take_steps()
-        while self._take_loops():
+        while self._take_loops() or (self._constraint and self._integrate()):
             self._take_steps()
 
     def needs(self, equation: int) -> int:
@@ -320,8 +336,50 @@ class _Run:
             price, equation = heappop(ready)
             unknown = self._missing_sum[equation]
             if self.missing[equation] == 1 and unknown in solvable[equation]:
+                if not self._integrated.isdisjoint(self.steps.rows[equation]):
+                    if equation in self._constraint:
+                        continue  # what was integrated is not differentiated
+                    self._integrated.add(unknown)
                 self.used.add(equation)
                 self._learn((unknown,), self.needs(equation) | 1 << equation, price)
+
+    def _integrate(self) -> bool:
+        """Integrate the cheapest state whose derivative is known, else dynamic loops."""
+        alone = [
+            (self._price[dx], equation)
+            for equation, (x, dx) in self._constraint.items()
+            if equation in self.offered and self.missing[equation] == 1 and self._known[dx]
+        ]
+        if alone:
+            price, equation = min(alone)
+            self._settle((equation,), (self._constraint[equation][0],), price)
+            return True
+        pool = [e for e in sorted(self.offered) if self.missing[e] > 1]
+        pool = [e for e in pool if self.steps.in_loop[e] or e in self._constraint]
+        rows = {e: [u for u in self.steps.rows[e] if not self._known[u]] for e in pool}
+        states = {e: self._constraint[e] for e in pool if e in self._constraint}
+        taken = False
+        for part, solved in dynamic_loops(self.steps, rows, states):
+            unknowns = [solved[e] for e in part]
+            inside = set(unknowns)
+            if any(self._known[u] for u in unknowns) or any(
+                self.missing[e] != len(inside.intersection(self.steps.rows[e])) for e in part
+            ):
+                continue
+            self._settle(part, unknowns, 0.0)
+            self._take_steps()
+            taken = True
+        return taken
+
+    def _settle(self, equations: Sequence[int], unknowns: Sequence[int], price: float) -> None:
+        """Take some equations together as one step of integration."""
+        behind = 0
+        for equation in equations:
+            behind |= self.needs(equation) | 1 << equation
+            price += self.steps.costs[equation]
+        self.used.update(equations)
+        self._integrated.update(unknowns)
+        self._learn(unknowns, behind, price)
 
     def _take_loops(self) -> bool:
         """Solve loops, and what becomes a single step by them; return whether there were any."""
@@ -342,6 +400,8 @@ class _Run:
                 behind |= self.needs(equation) | 1 << equation
                 price += self.steps.costs[equation]
                 price += sum(self._price[u] for u in self.steps.rows[equation])
+            if any(not self._integrated.isdisjoint(self.steps.rows[e]) for e in equations):
+                self._integrated.update(unknowns)
             self.used.update(equations)
             self._learn(unknowns, behind, price)
             self._take_steps()
@@ -364,3 +424,118 @@ def _loops(rows: list[list[int]], start: list[int]) -> Iterator[tuple[list[int],
     for part in reversed(strong_components(inside, needed)):
         if len(part) > 1:
             yield part, [unknowns[unknown_of[i]] for i in part]
+
+
+def dynamic_loops(
+    model_steps: Steps, rows: Mapping[int, Sequence[int]], states: Mapping[int, tuple[int, int]]
+) -> Iterator[tuple[list[int], dict[int, int]]]:
+    """Yield loops that can be integrated, as equations and what each is solved for.
+
+    Parameters
+    ----------
+    model_steps : Steps
+    rows : mapping of int to sequence of int
+        The equations that may take part, with their unknowns.
+    states : mapping of int to (int, int)
+        State and derivative of each differential constraint among them.
+
+    Yields
+    ------
+    part : list of int
+    solved : dict of int to int
+        Every differential constraint for its state; the others so that they can be computed in
+        order once the states are given, algebraic loops among them together.
+
+    References
+    ----------
+    Svärd, Nyberg, IEEE Trans. SMC-A 40(6), 2010; Frisk, Bregon, Åslund, Krysander, Pulido, Biswas,
+    IEEE Trans. SMC-A 42(5), 2012 (integral causality).
+
+    Examples
+    --------
+    >>> model = Model(("dx = d/dt x", "dx = -x"), ("x", "dx"), ((0, 1), (0, 1)), (),
+    ...               ((0, 0, "i"), (0, 1, "d")))
+    >>> own = steps(model, Rules(integrate=True))
+    >>> list(dynamic_loops(own, {0: (0, 1), 1: (0, 1)}, {0: (0, 1)}))
+    [([0, 1], {0: 0, 1: 1})]
+    """
+    kept = dict(rows)
+    while True:
+        equations = list(kept)
+        column: dict[int, int] = {}
+        for row in kept.values():
+            for unknown in row:
+                column.setdefault(unknown, len(column))
+        local = [
+            [column[u] for u in ((states[e][0],) if e in states else kept[e])] for e in equations
+        ]
+        equation_of, unknown_of = match(local, len(column))
+        loose, free = underdetermined(local, equation_of, unknown_of)
+        lost = [
+            e
+            for e in equations
+            if e in states
+            and (column[states[e][1]] in free or equation_of[column[states[e][1]]] < 0)
+        ]
+        if not lost:
+            break
+        for equation in lost:
+            del kept[equation]
+    inside = [i for i, own in enumerate(unknown_of) if own >= 0 and i not in loose]
+    names = list(column)
+    needed = {
+        i: [equation_of[column[u]] for u in kept[equations[i]] if column[u] != unknown_of[i]]
+        for i in inside
+    }
+    solved = {equations[i]: names[unknown_of[i]] for i in inside}
+    for group in reversed(strong_components(inside, needed)):
+        part = [equations[i] for i in group]
+        dynamic = len(part) > 1 and not states.keys().isdisjoint(part)
+        if dynamic and not hindered(model_steps, part, solved, states):
+            yield part, {equation: solved[equation] for equation in part}
+
+
+def hindered(
+    model_steps: Steps,
+    part: Sequence[int],
+    solved: Mapping[int, int],
+    states: Mapping[int, tuple[int, int]],
+) -> list[int]:
+    """Return equations of a dynamic loop that cannot be solved when its states are given.
+
+    Parameters
+    ----------
+    model_steps, solved, states
+        As of :func:`dynamic_loops`.
+    part : sequence of int
+
+    Returns
+    -------
+    list of int
+
+    References
+    ----------
+    As of :func:`dynamic_loops`.
+
+    Examples
+    --------
+    >>> model = Model(("dx = d/dt x", "dx = -x"), ("x", "dx"), ((0, 1), (0, 1)), (),
+    ...               ((0, 0, "i"), (0, 1, "d")), ((1, 1),))
+    >>> hindered(steps(model, Rules(integrate=True)), [0, 1], {0: 0, 1: 1}, {0: (0, 1)})
+    [1]
+    """
+    static = [equation for equation in part if equation not in states]
+    holder = {solved[equation]: equation for equation in static}
+    needs = {
+        equation: [
+            holder[u] for u in model_steps.rows[equation] if u in holder and u != solved[equation]
+        ]
+        for equation in static
+    }
+    for group in strong_components(static, needs):
+        if len(group) > 1:
+            if not all(model_steps.in_loop[equation] for equation in group):
+                return group
+        elif solved[group[0]] not in model_steps.solvable[group[0]]:
+            return group
+    return []

@@ -232,9 +232,15 @@ class Finder:
 
 def _loosened(own: Steps, over: Sequence[int]) -> Steps:
     """Return the steps when any entry may be solved along that could be in a loop."""
-    inside = on_cycles({equation: own.rows[equation] for equation in over if own.in_loop[equation]})
+    looped = [equation for equation in over if own.integrate or own.in_loop[equation]]
+    inside = on_cycles({equation: own.rows[equation] for equation in looped})
     more: list[set[int]] = [set() for _ in own.rows]
     for equation, unknown in inside:
         more[equation].add(unknown)
+    if own.integrate:
+        for equation, unknown in own.differential:
+            more[equation].add(unknown)
     solvable = tuple(alone | loose for alone, loose in zip(own.solvable, more, strict=True))
+    if own.integrate:
+        return replace(own, solvable=solvable, differential={}, in_loop=(True,) * len(own.rows))
     return replace(own, solvable=solvable)

@@ -17,7 +17,7 @@ from enum import StrEnum
 from itertools import combinations, islice
 from typing import Final
 
-from fdi.structure.computation import Steps
+from fdi.structure.computation import Steps, dynamic_loops
 from fdi.structure.incidence import Rows
 from fdi.structure.loops import strong_components
 from fdi.structure.matching import match
@@ -206,11 +206,19 @@ def arrange(steps: Steps, rest: Sequence[int], residual: int) -> Order | Blocked
                 wanted.append(other)
     parts = strong_components([equation for equation in rest if equation in needed], needs)[::-1]
     restricted = True
+    integrated: set[int] = set()
     for part in parts:
         blocked = _obstacle(steps, part, solved)
+        if blocked is not None and steps.integrate:
+            blocked = _integrated(steps, part, solved, blocked)
+        blocked = blocked or _differentiated(steps, part, solved, integrated)
         if blocked is not None:
             return blocked
-        if len(part) > 1:
+        kinds = {steps.differential.get((equation, solved[equation])) for equation in part}
+        differential = steps.integrate and not kinds.isdisjoint("id")
+        if "i" in kinds or any(not integrated.isdisjoint(rows[equation]) for equation in part):
+            integrated.update(solved[equation] for equation in part)
+        if len(part) > 1 and not differential:
             own = {solved[equation] for equation in part}
             better = _matched(part, [sorted(steps.solvable[e] & own) for e in part])
             if len(better) == len(part):
@@ -247,6 +255,40 @@ def _obstacle(steps: Steps, part: Sequence[int], solved: Mapping[int, int]) -> B
     slow = {equation for equation, _ in steps.differential}
     dynamic = not slow.isdisjoint(part)
     return Blocked(Obstacle.DYNAMIC_LOOP if dynamic else Obstacle.ALGEBRAIC_LOOP, tuple(part))
+
+
+def _integrated(
+    steps: Steps, part: Sequence[int], solved: dict[int, int], blocked: Blocked
+) -> Blocked | None:
+    """Return why a block cannot be integrated either; if it can, match it so, in place."""
+    constraints: dict[int, dict[str, int]] = {}
+    for (equation, unknown), kind in steps.differential.items():
+        if equation in part:
+            constraints.setdefault(equation, {})[kind] = unknown
+    if len(part) == 1:
+        own = constraints.get(part[0])
+        return None if own and solved[part[0]] == own["i"] else blocked
+    inside = {solved[equation] for equation in part}
+    rows = {equation: [u for u in steps.rows[equation] if u in inside] for equation in part}
+    states = {e: (own["i"], own["d"]) for e, own in constraints.items()}
+    if not all(inside.issuperset(pair) for pair in states.values()):
+        return blocked
+    for found, matched in dynamic_loops(steps, rows, states):
+        if len(found) == len(part):
+            solved.update(matched)
+            return None
+    return blocked
+
+
+def _differentiated(
+    steps: Steps, part: Sequence[int], solved: Mapping[int, int], integrated: set[int]
+) -> Blocked | None:
+    """Return the obstacle where a block differentiates what was integrated before."""
+    for equation in part:
+        kind = steps.differential.get((equation, solved[equation]))
+        if kind == "d" and not integrated.isdisjoint(steps.rows[equation]):
+            return Blocked(Obstacle.DIFFERENTIATION, (equation,), solved[equation])
+    return None
 
 
 _SINGLE: Final[Mapping[str | None, Obstacle]] = {

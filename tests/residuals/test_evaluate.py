@@ -214,12 +214,36 @@ measurements:
 
 
 def test_a_square_that_undoes_a_root_is_no_solution_where_the_root_would_be_negative(tmp_path):
-    """Of q = 5 the roots are 4 and -4, of which 4 fits; q = -5 has none, though its square has."""
+    """Of q = 5 the roots are 4 and -4; q = -5 has none, though its square has. Nothing tells 4
+    from -4 but a domain, and with it the one root left is still none of q = -5."""
+    columns = {"A.twice": np.full(4, 8.0), "B.q": np.array([5.0, -5.0, 5.0, np.nan])}
     bank = build_bank(airframe(tmp_path, ROOT).observe(), "mtes+cross_checks")
     (generator,) = bank.generators
     assert "p" in {name for _, name in generator.steps}
-    found = run(bank, {"A.twice": np.full(4, 8.0), "B.q": np.array([5.0, -5.0, 5.0, np.nan])})
+    found = run(bank, columns)
+    assert np.isnan(found.values).all()
+    assert found.ambiguous.tolist() == [[True, False, True, False]]
+    assert found.notes()[0].startswith("r1 (")
+    assert "50%" in found.notes()[0]
+    bounded = ROOT.replace('p: {unit: "1"}', 'p: {unit: "1", domain: [0, null]}')
+    bank = build_bank(airframe(tmp_path, bounded).observe(), "mtes+cross_checks")
+    found = run(bank, columns)
     assert found.values[0] == pytest.approx([0, np.nan, 0, np.nan], nan_ok=True)
+    assert not found.ambiguous.any()
+    assert found.notes() == ()
+
+
+def test_the_channel_that_picks_a_root_is_in_the_signature(tmp_path):
+    """p is shown as well: its channel tells 4 from -4, so that its fault moves the residual."""
+    shown = ROOT + "  C: {component: c, group: sensor, fields: {p: {variable: p}}}\n"
+    bank = build_bank(airframe(tmp_path, shown).observe(), "mtes+cross_checks")
+    row, own = next(
+        (row, g) for row, g in enumerate(bank.generators) if set(g.faults) == {"A.twice", "B.q"}
+    )
+    assert "C.p" in bank.signature_names()[row]
+    columns = {"A.twice": np.full(2, 8.0), "B.q": np.full(2, 5.0), "C.p": np.array([3.0, -3.0])}
+    assert run(bank, columns).values[row] == pytest.approx([0.0, -16.0])
+    assert own.restricted
 
 
 def test_values_cannot_be_written(bank):
