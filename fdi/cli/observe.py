@@ -1,18 +1,27 @@
-"""The command ``fdi observe``: does a multicopter move as its motors are told?"""
+"""The command ``fdi observe``: does a multicopter move as its motors are told? Also while it flies."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rich_click as click
 
 from fdi.cli.completion import FILE
+from fdi.cli.live import follow, live_options
 from fdi.cli.options import SYSTEM
 from fdi.cli.output import answer, show
+from fdi.errors import UsageError
+
+if TYPE_CHECKING:
+    from fdi.methods.observer import Vehicle
+    from fdi.telemetry import Log
 
 
 @click.command(epilog="Example: fdi observe flight.tlog --out observed")
-@click.argument("log", metavar="LOG", type=FILE)
+@click.argument("log", metavar="LOG|CONNECTION", type=FILE)
 @click.option(
     "--vehicle",
     default="reference",
@@ -41,6 +50,7 @@ from fdi.cli.output import answer, show
     metavar="DIR",
     help="Folder for text, JSON, residuals as a table, and the three figures.",
 )
+@live_options
 @click.option("--flight", type=click.IntRange(min=1), metavar="N", help="By default the last one.")
 @SYSTEM
 @click.option(
@@ -56,12 +66,19 @@ def observe(
     outputs: str | None,
     gain: str,
     out: Path | None,
+    record_to: Path | None,
+    like: str | None,
+    seconds: float | None,
     flight: int | None,
     system: int | None,
     force: bool,
     as_json: bool,
 ) -> int:
-    """Hold LOG's multicopter against a linear observer: thirteen residuals, which motor is weak."""
+    """Hold LOG's multicopter against a linear observer: thirteen residuals, which motor is weak.
+
+    Of a CONNECTION (udp:, tcp:, a serial port) the same while it flies, and a .tlog as it goes.
+    """
+    from fdi.live.connection import is_connection
     from fdi.methods.observer import observe, read_vehicle
     from fdi.report import check_folder, json_text
     from fdi.report.observer_document import observer_document
@@ -72,12 +89,25 @@ def observe(
     if out is not None:
         check_folder(out, holds="observer", names=FILES, force=force)
     own = read_vehicle(vehicle)
+    wanted = None if outputs is None else [name.strip() for name in outputs.split(",")]
+    if is_connection(log):
+        if flight is not None:
+            raise UsageError("--flight is of a log, and this is a connection", where=log)
+        given = None if like is None else read(like)
+        if given is not None:
+            own = _as_flown(own, given)
+        kept = _live(log, own, given, source, wanted, gain, record_to, system, seconds)
+        if kept is None or (out is None and not as_json):
+            return 0
+        log = str(kept)
+    elif record_to or like or seconds:
+        raise UsageError("--record, --like and --seconds are of a connection", where=log)
     found = read(log, system=system)
     seen = observe(
         found,
         own,
         source=source,
-        outputs=None if outputs is None else [name.strip() for name in outputs.split(",")],
+        outputs=wanted,
         gain=gain,
         flight=None if flight is None else flight - 1,
     )
@@ -88,3 +118,36 @@ def observe(
     else:
         show(observer_summary(found, seen))
     return 0
+
+
+def _as_flown(vehicle: Vehicle, log: Log) -> Vehicle:
+    """Return a vehicle as an earlier log told it: thrust and inertia."""
+    from fdi.methods.observer import observe
+
+    told = observe(log, vehicle).observer.vehicle
+    return replace(told, name=f"{told.name}, as in {log.name}")
+
+
+def _live(
+    connection: str,
+    vehicle: Vehicle,
+    given: Log | None,
+    source: str,
+    outputs: Sequence[str] | None,
+    gain: str,
+    record_to: Path | None,
+    system: int | None,
+    seconds: float | None,
+) -> Path | None:
+    from fdi.live.observing import Observing
+    from fdi.live.screen import observer_view
+
+    engine = Observing(vehicle, source, outputs, gain, given)
+    return follow(
+        connection,
+        engine,
+        lambda hearing: observer_view(hearing, engine),
+        record_to=record_to,
+        system=system,
+        seconds=seconds,
+    )
