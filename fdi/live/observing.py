@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.live.hearing import Hearing
 from fdi.live.window import Parameters, Window, as_of, since_boot
@@ -25,7 +26,7 @@ from fdi.methods.observer.fitted import CALM_S, inputs_of
 from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observation import Begun, begin_flight, outputs_of, run
-from fdi.methods.observer.observer import GAP_S, ObserverState, begin, design
+from fdi.methods.observer.observer import GAP_S, Observer, ObserverState, begin, design
 from fdi.methods.observer.records import Rows, StillLacking, multicopter, rows_of
 from fdi.methods.observer.states import PSI, RESIDUALS
 from fdi.telemetry import Log
@@ -173,15 +174,17 @@ class Observing:
         enough = first + CALM_S if begun.is_calm else begun.air[0] + SETTLING_S + HOVERLESS_S
         if rows.t[-1] < enough or not np.isfinite(offset):
             return []
-        state, value, doubt = run(begin(begun.observer), rows.t + offset, rows.y, begun.u)
-        limits = learn(rows.t, value, begun.calm)
+        upto = _complete(begun.observer, rows, rows.t)
+        t, u, calm = (rows.t + offset)[upto], begun.u[:, upto], begun.calm[upto]
+        state, value, doubt = run(begin(begun.observer), t, rows.y[:, upto], u)
+        limits = learn(rows.t[upto], value, calm)
         limits = replace(limits, since=limits.since + offset)
         self.learned = Learned(begun, limits, begun.air[0] + offset, log)
-        self.state, self._done = state, float(rows.t[-1] + offset)
+        self.state, self._done = state, float(t[-1])
         self._first.clear()
         named = begun.observer.vehicle
         told = f"watching: every motor gives {named.thrust_max:.2f} N at most for {named.mass:g} kg"
-        return [told, *begun.notes, *self._judge(rows.t + offset, value, doubt)]
+        return [told, *begun.notes, *self._judge(t, value, doubt)]
 
     def _follow(self, hearing: Hearing) -> list[str]:
         assert self.learned is not None
@@ -205,12 +208,8 @@ class Observing:
     def _ready(self, rows: Rows, t: Floats, boot: float) -> tuple[Rows, Floats]:
         """Return the records that are new, as far as what lies around them has come."""
         assert self.learned is not None
-        measured = self.learned.begun.observer.measured
-        known = np.isfinite(rows.y[[*measured, PSI]]).all(axis=0)
-        known &= np.isfinite(rows.thrust).all(axis=0)
-        # what is not known beyond a gap will not be: the next record of its message is too far
-        upto = max(t[known][-1] if known.any() else -np.inf, t[-1] - GAP_S - _LATE_S)
-        new = (t > self._done + 1e-6) & (t <= upto) & (rows.t >= boot)
+        new = _complete(self.learned.begun.observer, rows, t)
+        new &= (t > self._done + 1e-6) & (rows.t >= boot)
         own = Rows(rows.t[new], rows.y[:, new], rows.thrust[:, new], rows.motors, rows.source)
         return own, t[new]
 
@@ -240,6 +239,15 @@ class Observing:
                     f"since boot, told {now - weak.start:.1f} s later"
                 )
         return lines
+
+
+def _complete(observer: Observer, rows: Rows, t: Floats) -> NDArray[np.bool_]:
+    """Return the records, (n,) bool, of which all that lies around them has come."""
+    known = np.isfinite(rows.y[[*observer.measured, PSI]]).all(axis=0)
+    known &= np.isfinite(rows.thrust).all(axis=0)
+    # what is not known beyond a gap will not be: the next record of its message is too far
+    upto = max(t[known][-1] if known.any() else -np.inf, t[-1] - GAP_S - _LATE_S)
+    return np.asarray(t <= upto)
 
 
 def merge(known: list[Span], one: Span, key: Callable[[Span], object]) -> bool:

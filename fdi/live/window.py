@@ -59,12 +59,12 @@ class Window:
         """Add records that came up to a time of the vehicle's clock, and let old ones go."""
         if not records:
             return
-        self.blocks.append((boot_s, records))
+        # so much before what is new, however long that is
+        until = self.blocks[-1][0] if self.blocks else boot_s
         self.size += len(records)
-        while len(self.blocks) > 1 and (
-            self.size > MOST_BYTES or not self.blocks[0][0] >= boot_s - self.keep_s
-        ):
+        while self.blocks and (self.size > MOST_BYTES or not self.blocks[0][0] >= until - self.keep_s):
             self.size -= len(self.blocks.popleft()[1])
+        self.blocks.append((boot_s, records))
 
     def clear(self) -> None:
         """Forget all records."""
@@ -72,13 +72,17 @@ class Window:
         self.size = 0
 
     def log(self, hearing: Hearing, parameters: Parameters | None = None) -> Log | None:
-        """Return the window as a log, with the parameters where they are given; None if empty."""
+        """Return the window as a log; None if empty.
+
+        With the parameters where they are given; without them a heartbeat says whose it is, even if
+        the window is too short to hold one.
+        """
         assert hearing.speaker is not None
         if not self.blocks:
             return None
         stamp = self.blocks[0][1][:8]
-        known = () if parameters is None else parameters.frames.values()
-        first = [stamp + frame for frame in (hearing.beat, *known) if frame]
+        known = (hearing.beat,) if parameters is None else parameters.frames.values()
+        first = [stamp + frame for frame in known]
         data = np.frombuffer(b"".join([*first, *(b for _, b in self.blocks)]), np.uint8)
         try:
             return read_tlog(Path(self.name), data, system=hearing.speaker.system)
