@@ -7,7 +7,9 @@ runs over what has been kept, and goes on from there record by record (`run`). S
 that is stated every residual is that of the file, and so are centres, noise and thresholds; where
 the flight's own turns have to tell the inertias, only those before count, and the file's differ.
 
-What differs from a file in any case: an alarm between touch-down and disarming is not taken back.
+A file shows in hindsight when the vehicle stood on the ground, and judges nothing from there on.
+Live, an alarm that begins near the ground waits till the vehicle has climbed from there or would
+have been disarmed.
 """
 
 from __future__ import annotations
@@ -28,9 +30,10 @@ from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observation import Begun, begin_flight, outputs_of, run
 from fdi.methods.observer.observer import GAP_S, Observer, ObserverState, begin, design
 from fdi.methods.observer.records import Rows, StillLacking, multicopter, rows_of
-from fdi.methods.observer.states import PSI, RESIDUALS
+from fdi.methods.observer.states import PSI, RESIDUALS, STATES
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.flights import LIFT_M
 from fdi.telemetry.message import Floats
 
 RECENT_S: Final = 8.0
@@ -45,8 +48,11 @@ SHOWN_S: Final = 60.0
 MOST_SHOWN: Final = 30000
 """Records, 500 Hz for a minute."""
 MOST_ALARMS: Final = 500
+GROUND_S: Final = 10.0
+"""A vehicle that has landed is disarmed within that (ArduPilot's usual DISARM_DELAY)."""
 _LATE_S: Final = 0.5
 """Messages of one moment are no further apart on a link."""
+_Z: Final = STATES.index("z")
 
 Span = TypeVar("Span", Alarm, WeakMotor)
 Sink = Callable[[Floats, Floats, Floats], None]
@@ -55,25 +61,28 @@ Sink = Callable[[Floats, Floats, Floats], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recent:
-    """Of the last minute: t (n,) s since boot; residuals off their centres and thresholds."""
+    """Of the last minute: t (n,) s since boot; height (n,) m above the place of take-off;
+    residuals off their centres and thresholds, (13, n)."""
 
     t: Floats
+    height: Floats
     off: Floats
     threshold: Floats
 
-    def later(self, t: Floats, off: Floats, threshold: Floats) -> Recent:
+    def later(self, t: Floats, height: Floats, off: Floats, threshold: Floats) -> Recent:
         """Return it with what has come since, and without what is old."""
         times = np.concatenate([self.t, t])
         first = int(np.searchsorted(times, times[-1] - SHOWN_S)) if times.size else 0
         kept = slice(max(first, times.size - MOST_SHOWN), None)
         both = zip((self.off, self.threshold), (off, threshold), strict=True)
-        return Recent(times[kept], *(np.concatenate(pair, axis=1)[:, kept] for pair in both))
+        heights = np.concatenate([self.height, height])
+        return Recent(times[kept], heights[kept], *(np.concatenate(pair, axis=1)[:, kept] for pair in both))
 
 
 def nothing() -> Recent:
     """Return the value before any record."""
     none = np.empty((len(RESIDUALS), 0))
-    return Recent(np.empty(0), none, none)
+    return Recent(np.empty(0), np.empty(0), none, none)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,7 +193,7 @@ class Observing:
         self._first.clear()
         named = begun.observer.vehicle
         told = f"watching: every motor gives {named.thrust_max:.2f} N at most for {named.mass:g} kg"
-        return [told, *begun.notes, *self._judge(t, value, doubt)]
+        return [told, *begun.notes, *self._judge(t, rows.y[_Z, upto], value, doubt)]
 
     def _follow(self, hearing: Hearing) -> list[str]:
         assert self.learned is not None
@@ -203,7 +212,7 @@ class Observing:
         u = inputs_of(self.learned.begun.observer.vehicle, rows)
         self.state, value, doubt = run(self.state, t, rows.y, u)
         self._done = float(t[-1])
-        return self._judge(t, value, doubt)
+        return self._judge(t, rows.y[_Z], value, doubt)
 
     def _ready(self, rows: Rows, t: Floats, boot: float) -> tuple[Rows, Floats]:
         """Return the records that are new, as far as what lies around them has come."""
@@ -213,7 +222,7 @@ class Observing:
         own = Rows(rows.t[new], rows.y[:, new], rows.thrust[:, new], rows.motors, rows.source)
         return own, t[new]
 
-    def _judge(self, t: Floats, value: Floats, doubt: Floats) -> list[str]:
+    def _judge(self, t: Floats, z: Floats, value: Floats, doubt: Floats) -> list[str]:
         """Hold residuals against their thresholds, and return what is new."""
         assert self.learned is not None
         limits = self.learned.limits
@@ -221,9 +230,11 @@ class Observing:
             self.sink(t, value, doubt)
         threshold = limits.threshold(t, doubt)
         threshold[:, t < self.learned.start + SETTLING_S] = np.nan
-        self.recent = self.recent.later(t, limits.off(value), threshold)
-        seen, own = self.recent, self.learned.begun
-        alarms = alarms_of(seen.t, seen.off, seen.threshold)
+        own = self.learned.begun
+        height = float(own.rows.y[_Z, 0]) - z
+        self.recent = seen = self.recent.later(t, height, limits.off(value), threshold)
+        found = alarms_of(seen.t, seen.off, seen.threshold)
+        alarms = [one for one in found if not _may_have_landed(one, seen)]
         motors = weak_motors(alarms, seen.t, seen.off, own.observer.vehicle, own.rows.motors)
         now, lines = float(seen.t[-1]), []
         for one in alarms:
@@ -239,6 +250,12 @@ class Observing:
                     f"since boot, told {now - weak.start:.1f} s later"
                 )
         return lines
+
+
+def _may_have_landed(alarm: Alarm, seen: Recent) -> bool:
+    since = slice(int(np.searchsorted(seen.t, alarm.start)), None)
+    is_low = bool(np.nanmax(seen.height[since], initial=-np.inf) < LIFT_M)
+    return is_low and float(seen.t[-1]) - alarm.start < GROUND_S
 
 
 def _complete(observer: Observer, rows: Rows, t: Floats) -> NDArray[np.bool_]:

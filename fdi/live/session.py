@@ -7,6 +7,7 @@ then heard, then kept in the windows of an `Engine`, which computes a block of r
 from __future__ import annotations
 
 import time
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Final, Protocol
 
@@ -20,6 +21,9 @@ from fdi.telemetry.formats.tlog.stream import Piece, whole_frames
 
 TICK_S: Final = 0.5
 """Records are computed so often, of the vehicle's clock or of ours: an alarm is that late at most."""
+
+MOST_WAITING: Final = 1 << 20
+"""Bytes that are kept till a heartbeat says who the vehicle is: it comes once a second."""
 
 
 class Engine(Protocol):
@@ -47,6 +51,7 @@ class Session:
         default_factory=lambda: (time.monotonic(), time.time_ns() // 1000)
     )
     _left: bytes = b""
+    _waiting: deque[tuple[Piece, int]] = field(default_factory=deque)
     _ticked: tuple[float, float] = (-np.inf, -np.inf)
     _boots: int = 0
     _was_armed: bool = False
@@ -68,17 +73,23 @@ class Session:
         stamp = self.began[1] + round((now - self.began[0]) * 1e6)
         self.recorder.write(piece.records(stamp))
         lines = self.hearing.hear(piece, now)
-        if self.hearing.speaker is not None:
-            self._keep(piece, stamp)
-            lines += self._turns()
+        self._keep(piece, stamp)
+        lines += self._turns()
         if self.hearing.frames and (is_last or self._is_due(now)):
             lines += self._tick(now)
         return [*lines, *self.hearing.idle(now)]
 
     def _keep(self, piece: Piece, stamp: int) -> None:
-        assert self.hearing.speaker is not None
-        own = self.parameters.take(piece.of(piece.system == self.hearing.speaker.system))
-        self.engine.take(own.records(stamp), self.hearing)
+        """Hand the vehicle's records on; till it is known who that is all are kept, within bounds."""
+        self._waiting.append((piece, stamp))
+        if self.hearing.speaker is None:
+            while sum(one.data.size for one, _ in self._waiting) > MOST_WAITING:
+                self._waiting.popleft()
+            return
+        while self._waiting:
+            piece, stamp = self._waiting.popleft()
+            own = self.parameters.take(piece.of(piece.system == self.hearing.speaker.system))
+            self.engine.take(own.records(stamp), self.hearing)
 
     def _turns(self) -> list[str]:
         """Let the engine begin anew after a reboot, and where the vehicle was disarmed."""

@@ -59,11 +59,13 @@ class Window:
         """Add records that came up to a time of the vehicle's clock, and let old ones go."""
         if not records:
             return
-        # so much before what is new, however long that is
+        # so much before what is new, however long that is; what came before any time, too
         until = self.blocks[-1][0] if self.blocks else boot_s
         self.size += len(records)
-        while self.blocks and (self.size > MOST_BYTES or not self.blocks[0][0] >= until - self.keep_s):
+        while self.blocks and (self.size > MOST_BYTES or self.blocks[0][0] < until - self.keep_s):
             self.size -= len(self.blocks.popleft()[1])
+        if np.isnan(until):
+            self.blocks = deque((boot_s, own) for _, own in self.blocks)
         self.blocks.append((boot_s, records))
 
     def clear(self) -> None:
