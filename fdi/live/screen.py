@@ -17,6 +17,7 @@ import numpy as np
 
 from fdi.live.hearing import Hearing
 from fdi.live.observing import SHOWN_S, Observing
+from fdi.live.watching import Watching
 from fdi.methods.observer.limits import LASTS_S
 from fdi.methods.observer.states import RESIDUALS, UNITS
 from fdi.report.text import text
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 REFRESH_S: Final = 0.5
 BINS: Final = 30
 LEVELS: Final = "▁▂▃▄▅▆▇█"
+MOST_ROWS: Final = 12
+_WIDEST: Final = 60
 _STALE_S: Final = 1.0
 
 Tell = Callable[[list[str]], None]
@@ -86,12 +89,52 @@ def observer_view(hearing: Hearing, seen: Observing) -> RenderableType:
     return Group(text(headline(hearing, seen), "bold"), rows)
 
 
-def headline(hearing: Hearing, seen: Observing) -> str:
-    """Return the accused component and how long ago, or what there is instead."""
+def bank_view(hearing: Hearing, seen: Watching) -> RenderableType:
+    """Return what is drawn of a bank: the tests that came nearest to their thresholds."""
+    from rich.console import Group
+    from rich.table import Table
+
+    rows = Table("test", "of its threshold", f"the last {SHOWN_S:.0f} s", "compares", box=None)
+    if seen.alarms is not None:
+        bank, now = seen.alarms.residuals.bank, hearing.boot_s
+        t = seen.alarms.residuals.t + seen.offset
+        strength = np.where(seen.alarms.unfit[:, None], np.nan, seen.alarms.strength)
+        late = strength[:, t >= t[-1] - SHOWN_S]
+        largest = np.nan_to_num(late).max(axis=1, initial=0.0)
+        for row in np.argsort(-largest, kind="stable")[:MOST_ROWS].tolist():
+            active = any(a.row == row and t[-1] - a.end < _STALE_S for a in seen.known)
+            style = "bold red" if active else ""
+            rows.add_row(
+                text(bank.generators[row].id, style),
+                text(f"{largest[row]:.2f}", style),
+                text(sparkline(t, strength[row], now=now), style),
+                text(bank.describe(bank.generators[row])[:_WIDEST], style),
+            )
+    return Group(text(bank_headline(hearing, seen), "bold"), rows)
+
+
+def bank_headline(hearing: Hearing, seen: Watching) -> str:
+    """Return whom the bank accuses and since how long ago, or what there is instead."""
+    if seen.accused:
+        last = seen.accused[-1]
+        since = hearing.boot_s - last.onset
+        found = f"{last.component} since {since:.0f} s ago ({100 * last.confidence:.0f} % sure)"
+    elif seen.learned is not None:
+        found = "nobody accused"
+    else:
+        found = f"waiting for {seen.waits_for}"
+    return f"{found}  {_who(hearing)}"
+
+
+def _who(hearing: Hearing) -> str:
     own = hearing.speaker
     who = "nobody heard yet" if own is None else f"system {own.system}, {own.vehicle}"
     clock = "" if np.isnan(hearing.boot_s) else f", {hearing.boot_s:.1f} s since boot"
-    dead = ", THE LINK IS DEAD" if hearing.is_silent else ""
+    return f"[{who}{clock}{', THE LINK IS DEAD' if hearing.is_silent else ''}]"
+
+
+def headline(hearing: Hearing, seen: Observing) -> str:
+    """Return the accused component and how long ago, or what there is instead."""
     if seen.motors:
         last = seen.motors[-1]
         since, ended = hearing.boot_s - last.start, hearing.boot_s - last.end
@@ -104,7 +147,7 @@ def headline(hearing: Hearing, seen: Observing) -> str:
         found = "nobody accused"
     else:
         found = f"waiting for {seen.waits_for}"
-    return f"{found}  [{who}{clock}{dead}]"
+    return f"{found}  {_who(hearing)}"
 
 
 @contextmanager
