@@ -39,6 +39,7 @@ from fdi.cli.observe import observe
 from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.cli.vote import vote
+from fdi.cli.watch import watch
 from fdi.errors import FdiError, ModelError
 
 TERMINATED: Final = 143
@@ -90,6 +91,7 @@ for _command in (
     calibrate,
     inject,
     vote,
+    watch,
 ):
     fdi.add_command(_command)
 

@@ -1,15 +1,26 @@
-"""The command ``fdi observe``: does a multicopter move as its motors are told?"""
+"""The command ``fdi observe``: does a multicopter move as its motors are told? Also while it flies."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rich_click as click
 
 from fdi.cli.completion import FILE
+from fdi.cli.live import follow, live_options
 from fdi.cli.one_flight import Asked, asked_of_one_flight
+from fdi.errors import UsageError
+
+if TYPE_CHECKING:
+    from fdi.methods.observer import Vehicle
+    from fdi.telemetry import Log
 
 
 @click.command(epilog="Example: fdi observe flight.tlog --out observed")
-@click.argument("log", metavar="LOG", type=FILE)
+@click.argument("log", metavar="LOG|CONNECTION", type=FILE)
 @click.option(
     "--vehicle",
     default="reference",
@@ -32,6 +43,7 @@ from fdi.cli.one_flight import Asked, asked_of_one_flight
     default="poles",
     help="Placed poles, or the steady Kalman gain.",
 )
+@live_options
 @asked_of_one_flight("Folder for text, JSON, residuals as a table, and the three figures.")
 def observe(
     asked: Asked,
@@ -40,8 +52,15 @@ def observe(
     source: str,
     outputs: str | None,
     gain: str,
+    record_to: Path | None,
+    like: str | None,
+    seconds: float | None,
 ) -> int:
-    """Hold LOG's multicopter against a linear observer: thirteen residuals, which motor is weak."""
+    """Hold LOG's multicopter against a linear observer: thirteen residuals, which motor is weak.
+
+    Of a CONNECTION (udp:, tcp:, a serial port) the same while it flies, and a .tlog as it goes.
+    """
+    from fdi.live.connection import is_connection
     from fdi.methods.observer import observe, read_vehicle
     from fdi.report.observer_document import observer_document
     from fdi.report.observer_files import FILES, write_observation
@@ -50,12 +69,25 @@ def observe(
 
     asked.check("observer", FILES)
     own = read_vehicle(vehicle)
+    wanted = None if outputs is None else [name.strip() for name in outputs.split(",")]
+    if is_connection(log):
+        if asked.flight is not None:
+            raise UsageError("--flight is of a log, and this is a connection", where=log)
+        given = None if like is None else read(like)
+        if given is not None:
+            own = _as_flown(own, given)
+        kept = _live(log, own, given, source, wanted, gain, record_to, asked.system, seconds)
+        if kept is None or (asked.out is None and not asked.as_json):
+            return 0
+        log = str(kept)
+    elif record_to or like or seconds:
+        raise UsageError("--record, --like and --seconds are of a connection", where=log)
     found = read(log, system=asked.system)
     seen = observe(
         found,
         own,
         source=source,
-        outputs=None if outputs is None else [name.strip() for name in outputs.split(",")],
+        outputs=wanted,
         gain=gain,
         flight=asked.flight,
     )
@@ -65,3 +97,36 @@ def observe(
         write=lambda out: write_observation(found, seen, out, force=asked.force),
     )
     return 0
+
+
+def _as_flown(vehicle: Vehicle, log: Log) -> Vehicle:
+    """Return a vehicle as an earlier log told it: thrust and inertia."""
+    from fdi.methods.observer import observe
+
+    told = observe(log, vehicle).observer.vehicle
+    return replace(told, name=f"{told.name}, as in {log.name}")
+
+
+def _live(
+    connection: str,
+    vehicle: Vehicle,
+    given: Log | None,
+    source: str,
+    outputs: Sequence[str] | None,
+    gain: str,
+    record_to: Path | None,
+    system: int | None,
+    seconds: float | None,
+) -> Path | None:
+    from fdi.live.observing import Observing
+    from fdi.live.screen import observer_view
+
+    engine = Observing(vehicle, source, outputs, gain, given)
+    return follow(
+        connection,
+        engine,
+        lambda hearing: observer_view(hearing, engine),
+        record_to=record_to,
+        system=system,
+        seconds=seconds,
+    )

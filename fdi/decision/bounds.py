@@ -107,8 +107,40 @@ class Bounds:
         return np.where(self.stated, 1.0, scale)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Told:
+    """What the beginning of a flight tells of its r residuals: it serves what comes later as well.
+
+    Attributes
+    ----------
+    centre, circular, side, stated, unfit, level
+        As in `Bounds`.
+    stray : (r,) float
+        Least tolerance.
+    factor : (r,) float
+        By which the threshold of noise is off what the spread says.
+    mean_most : (r,) float
+        What the trailing mean may reach, over that of the spread; NaN where it is not judged.
+    """
+
+    centre: Floats
+    circular: NDArray[np.bool_]
+    side: NDArray[np.int8]
+    stated: NDArray[np.bool_]
+    unfit: NDArray[np.bool_]
+    level: Floats
+    stray: Floats
+    factor: Floats
+    mean_most: Floats
+
+
 def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     """Return what residuals may reach, from the model's statements and the flight's calm part."""
+    return held_against(residuals, told_by(residuals, recipe), recipe)
+
+
+def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
+    """Return what a flight, or as much of it as there is, tells of its residuals."""
     signals = residuals.signals
     equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
     # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
@@ -129,33 +161,62 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     centre[side * centre < 0] = 0.0
     off, size = strayed(residuals.values, centre, circular, side)
     deviation = np.maximum(size - tolerance, 0.0)
-    spread = np.hypot(residuals.spread, SWINGING * np.abs(centre)[:, None] * residuals.swing)
+    spread = _swung(residuals, centre)
     block = max(3, round(recipe.block_s * signals.rate_hz))
     factor = _factors(deviation, spread, (airborne_mask(signals), reference), block, recipe)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     unfit = _unfit(residuals, size, tolerance, (reference, first), recipe)
     steady = np.array([equation.steady for equation in equations], bool)
-    settled = settled_mask(signals)
     rough = differences(over_spread(off, spread))
-    ratio = normalised(off, tolerance, spread, settled)
+    ratio = normalised(off, tolerance, spread, settled_mask(signals))
     ratio[limit] = np.nan
     count = max(2, round(recipe.mean_s * signals.rate_hz))
-    mean_spread, mean_bound = _means(ratio, spread, count, recipe)
-    scale = np.array([one.scale for one in known])[:, None]
-    return Bounds(
+    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
+    scale = np.array([one.scale for one in known])
+    return Told(
         centre,
         circular,
         side,
         stated,
-        tolerance,
-        scale * recipe.sigmas * factor[:, None] * spread,
-        spread,
-        settled,
         unfit,
         np.where(steady & ~stated, levels(rough, reference), np.nan),
-        mean_spread,
-        scale * mean_bound,
+        stray,
+        scale * recipe.sigmas * factor,
+        scale * _mean_bounds(mean, count, recipe),
     )
+
+
+def held_against(residuals: Residuals, told: Told, recipe: PredictedSpread) -> Bounds:
+    """Return the bounds of residuals, which may be later ones than those that told."""
+    signals = residuals.signals
+    equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
+    limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
+    tolerance = np.maximum(residuals.lasting, told.stray[:, None])
+    off, _ = strayed(residuals.values, told.centre, told.circular, told.side)
+    spread = _swung(residuals, told.centre)
+    settled = settled_mask(signals)
+    ratio = normalised(off, tolerance, spread, settled)
+    ratio[limit] = np.nan
+    count = max(2, round(recipe.mean_s * signals.rate_hz))
+    mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
+    return Bounds(
+        told.centre,
+        told.circular,
+        told.side,
+        told.stated,
+        tolerance,
+        told.factor[:, None] * spread,
+        spread,
+        settled,
+        told.unfit,
+        told.level,
+        mean_spread,
+        told.mean_most[:, None] * mean_spread,
+    )
+
+
+def _swung(residuals: Residuals, centre: Floats) -> Floats:
+    return np.hypot(residuals.spread, SWINGING * np.abs(centre)[:, None] * residuals.swing)
 
 
 def _unfit(
@@ -203,15 +264,6 @@ def _taught(residuals: Residuals) -> NDArray[np.bool_]:
     if not all(p.learned for p in unknown):
         return np.zeros(len(residuals.values), bool)
     return np.asarray((np.nan_to_num(residuals.unsure) > 0).any(axis=1))
-
-
-def _means(
-    ratio: Floats, spread: Floats, count: int, recipe: PredictedSpread
-) -> tuple[Floats, Floats]:
-    """Return the trailing mean of the spread, and what that of the residual may reach."""
-    mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
-    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
-    return mean_spread, _mean_bounds(mean, count, recipe)[:, None] * mean_spread
 
 
 def _factors(

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.errors import LogError, UsageError
+from fdi.errors import UsageError
 from fdi.methods.observer.fitted import HOVER_S, calm_mask, fitted, inputs_of
 from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
-from fdi.methods.observer.observer import Observer, Record, begin, design, step
-from fdi.methods.observer.records import FROM, LATE_S, Rows, rows_of
+from fdi.methods.observer.observer import Observer, ObserverState, Record, begin, design, step
+from fdi.methods.observer.records import FROM, LATE_S, Rows, StillLacking, rows_of
+from fdi.methods.observer.states import RESIDUALS
 from fdi.methods.observer.vehicle import REFERENCE_QUADROTOR, Vehicle
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
@@ -107,10 +108,77 @@ def observe(
     UsageError
         The outputs leave states unknown or are not the source's, or there is no such flight.
     """
-    wanted = FROM[source] if outputs is None else tuple(outputs)
-    absent = [name for name in wanted if name not in FROM[source]]
-    if source != "estimator" and absent:
-        raise UsageError(f"the {source} do not tell {absent[0]}", hint=", ".join(FROM[source]))
+    begun = begin_flight(
+        log, vehicle, source=source, outputs=outputs, gain=gain, flight=flight
+    )
+    rows, air = begun.rows, begun.air
+    _, residuals, doubts = run(begin(begun.observer), rows.t, rows.y, begun.u)
+    limits = learn(rows.t, residuals, begun.calm)
+    off, threshold = limits.off(residuals), limits.threshold(rows.t, doubts)
+    threshold[:, rows.t < air[0] + SETTLING_S] = np.nan
+    alarms = alarms_of(rows.t, off, threshold)
+    return Observation(
+        begun.observer,
+        rows,
+        begun.u,
+        begun.flight,
+        air,
+        begun.calm,
+        residuals,
+        doubts,
+        threshold,
+        limits,
+        alarms,
+        weak_motors(alarms, rows.t, off, begun.observer.vehicle, rows.motors),
+        begun.notes,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Begun:
+    """What a flight, or as much of it as there is, tells before the observer runs.
+
+    Attributes
+    ----------
+    observer : Observer
+        With the vehicle as the flight told it.
+    rows : Rows
+        Of the flight, in the air.
+    u : (4, n) float
+        Inputs: thrust less weight, N, and torques, N m.
+    flight : int
+        Which of the log's flights, from 0.
+    air : (float, float)
+        s, in the air.
+    calm : (n,) bool
+        The rows that tell centres and noise.
+    is_calm : bool
+        They are of a hover.
+    notes : tuple of str
+        What is taken for granted, a sentence each.
+    """
+
+    observer: Observer
+    rows: Rows
+    u: Floats
+    flight: int
+    air: tuple[float, float]
+    calm: NDArray[np.bool_]
+    is_calm: bool
+    notes: tuple[str, ...]
+
+
+def begin_flight(
+    log: Log,
+    vehicle: Vehicle = REFERENCE_QUADROTOR,
+    *,
+    source: str = "estimator",
+    outputs: Sequence[str] | None = None,
+    gain: str = "poles",
+    flight: int | None = None,
+) -> Begun:
+    """Return what a flight tells before the observer runs; parameters and errors of `observe`."""
+    wanted = outputs_of(source, outputs)
     design(vehicle, wanted, gain)  # what is wrong with the outputs is said before any log is read
     rows = rows_of(log, source)
     number, air = _flight(log, flight)
@@ -118,47 +186,54 @@ def observe(
     rows = Rows(rows.t[inside], rows.y[:, inside], rows.thrust[:, inside], rows.motors, source)
     calm, is_calm = calm_mask(rows, air) if rows.t.size > 1 else (np.zeros(0, np.bool_), False)
     if not calm.any():
-        raise LogError(f"knows flight {number + 1} for too short a time to observe", where=log.name)
+        raise StillLacking(f"knows flight {number + 1} for too short a time to observe", where=log.name)
     is_own = vehicle is not REFERENCE_QUADROTOR
     vehicle, axes = fitted(vehicle, rows, calm, air, turns=not is_own)
-    observer = design(vehicle, wanted, gain, late=LATE_S[source])
-    u = inputs_of(vehicle, rows)
-    residuals, doubts = run(observer, rows.t, rows.y, u)
-    limits = learn(rows.t, residuals, calm)
-    off, threshold = limits.off(residuals), limits.threshold(rows.t, doubts)
-    threshold[:, rows.t < air[0] + SETTLING_S] = np.nan
-    alarms = alarms_of(rows.t, off, threshold)
-    return Observation(
-        observer,
+    return Begun(
+        design(vehicle, wanted, gain, late=LATE_S[source]),
         rows,
-        u,
+        inputs_of(vehicle, rows),
         number,
         air,
         calm,
-        residuals,
-        doubts,
-        threshold,
-        limits,
-        alarms,
-        weak_motors(alarms, rows.t, off, vehicle, rows.motors),
+        is_calm,
         tuple(_notes(axes, is_own=is_own, is_calm=is_calm)),
     )
 
 
-def run(observer: Observer, t: Floats, y: Floats, u: Floats) -> tuple[Floats, Floats]:
-    """Return residuals and doubts, (13, n) each, of records at t (n,), y (12, n), u (4, n)."""
-    state, found = begin(observer), []
-    for when, measured, commanded in zip(t.tolist(), y.T, u.T, strict=True):
+def outputs_of(source: str, outputs: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the outputs that are asked for, by default all that a source tells.
+
+    Raises
+    ------
+    UsageError
+        The source does not tell one of them.
+    """
+    wanted = FROM[source] if outputs is None else tuple(outputs)
+    absent = [name for name in wanted if name not in FROM[source]]
+    if source != "estimator" and absent:
+        raise UsageError(f"the {source} do not tell {absent[0]}", hint=", ".join(FROM[source]))
+    return wanted
+
+
+def run(
+    state: ObserverState, t: Floats, y: Floats, u: Floats
+) -> tuple[ObserverState, Floats, Floats]:
+    """Return the state after records at t (n,), y (12, n), u (4, n); their residuals and doubts.
+
+    Residuals and doubts are (13, n) each. A log runs at once, a live link in pieces.
+    """
+    value, doubt = np.full((2, len(RESIDUALS), t.size), np.nan)
+    for k, (when, measured, commanded) in enumerate(zip(t.tolist(), y.T, u.T, strict=True)):
         state, after = step(state, Record(when, measured, commanded))
-        found.append(after)
-    value, doubt = (np.array(one).T for one in zip(*found, strict=True))
-    return value, doubt
+        value[:, k], doubt[:, k] = after
+    return state, value, doubt
 
 
 def _flight(log: Log, wanted: int | None) -> tuple[int, tuple[float, float]]:
     flights = log.flights
     if not flights:
-        raise LogError("shows no flight", where=log.name)
+        raise StillLacking("shows no flight", where=log.name)
     number = len(flights) - 1 if wanted is None else wanted
     if not 0 <= number < len(flights):
         raise UsageError(f"{log.name} has no flight {number + 1}", hint=f"it has {len(flights)}")

@@ -38,6 +38,10 @@ _RECEIVER: Final = ("lat", "lon", "alt", "vel", "cog")
 _GYROSCOPE: Final = ("xgyro", "ygyro", "zgyro")
 
 
+class StillLacking(LogError):
+    """The log lacks something that a live link may still bring: a frame's parameters, a message."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
     """What an observer is given.
@@ -75,7 +79,7 @@ def rows_of(log: Log, source: str = "estimator") -> Rows:
     attitude = _needed(log, "ATTITUDE", _ATTITUDE, "attitude")
     thrusts = motor_thrusts(log, motors)
     if thrusts is None:
-        raise LogError("does not hold what every motor is given", where=log.name)
+        raise StillLacking("does not hold what every motor is given", where=log.name)
     local = _needed(log, "LOCAL_POSITION_NED", _LOCAL, "local position and velocity")
     used = {"ATTITUDE": attitude, "the motors": thrusts, "LOCAL_POSITION_NED": local}
     y = np.full((len(STATES), attitude.t.size), np.nan)
@@ -98,12 +102,22 @@ def rows_of(log: Log, source: str = "estimator") -> Rows:
     return Rows(attitude.t, y, at_times(thrusts, attitude.t), motors, source)
 
 
-def _motors(log: Log) -> tuple[Motor, ...]:
-    if log.vehicle not in (*ROTORS, "other"):
+def multicopter(vehicle: str, where: str) -> None:
+    """Refuse a vehicle that is no multicopter.
+
+    Raises
+    ------
+    LogError
+        It is another one.
+    """
+    if vehicle not in (*ROTORS, "other"):
         raise LogError(
-            f"is of a {log.vehicle}, and the observer's equations are a multicopter's",
-            where=log.name,
+            f"is of a {vehicle}, and the observer's equations are a multicopter's", where=where
         )
+
+
+def _motors(log: Log) -> tuple[Motor, ...]:
+    multicopter(log.vehicle, log.name)
     motors = motors_of(log.parameters, log.autopilot, log.vehicle)
     if not motors or not np.isfinite([m.yaw for m in motors]).all():
         told = (
@@ -111,14 +125,14 @@ def _motors(log: Log) -> tuple[Motor, ...]:
             if names_frame(log.parameters, log.autopilot)
             else ("tells no frame, so that its motors are")
         )
-        raise LogError(f"{told} not known to stand somewhere and turn some way", where=log.name)
+        raise StillLacking(f"{told} not known to stand somewhere and turn some way", where=log.name)
     return motors
 
 
 def _needed(log: Log, key: str, fields: tuple[str, ...], what: str) -> Series:
     found = series(log, key, fields)
     if found is None:
-        raise LogError(
+        raise StillLacking(
             f"holds no {what}, which the observer needs", where=log.name, hint=f"looked for {key}"
         )
     return found

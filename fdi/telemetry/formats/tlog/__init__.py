@@ -13,6 +13,7 @@ events.py    modes, arming, texts, parameters
 signs.py     which way is up
 quality.py   what was lost
 writer.py    the log with other values
+stream.py    whole frames of what a link brings
 """
 
 from fdi.telemetry.formats.tlog.reader import is_tlog, read_tlog

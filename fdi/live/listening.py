@@ -1,0 +1,81 @@
+"""The loop: from the first byte to Ctrl-C.
+
+Ctrl-C ends the listening and not the process: the record is closed, and what is asked for is told
+of it. Till something was heard Ctrl-C interrupts as anywhere else.
+"""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Final
+
+from fdi.live.connection import Link
+from fdi.live.session import Session
+
+WAIT_S: Final = 0.1
+"""Ctrl-C is heard within that."""
+
+
+class Stop:
+    """Whether Ctrl-C was pressed."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Hear it."""
+        self.pressed = True
+
+
+@contextmanager
+def stopping() -> Iterator[Stop]:
+    """Give what Ctrl-C sets instead of interrupting; in a thread, which hears none, nothing does."""
+    stop = Stop()
+    try:
+        before = signal.signal(signal.SIGINT, stop)
+    except ValueError:
+        yield stop
+        return
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def listen(
+    link: Link,
+    session: Session,
+    tell: Callable[[list[str]], None],
+    *,
+    seconds: float | None = None,
+) -> None:
+    """Feed a session from a link till Ctrl-C, or for so many seconds.
+
+    Parameters
+    ----------
+    link : Link
+    session : Session
+    tell : callable
+        Is given the lines of every piece, often none.
+    seconds : float, optional
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C before any message was heard.
+    """
+    end = float("inf") if seconds is None else time.monotonic() + seconds
+    with stopping() as stop:
+        try:
+            while not stop.pressed and time.monotonic() < end:
+                data = link.receive(WAIT_S)
+                tell(session.take(data, time.monotonic()))
+            tell(session.take(b"", time.monotonic(), is_last=True))
+        finally:
+            session.recorder.close()
+    if stop.pressed and not session.hearing.frames:
+        raise KeyboardInterrupt
