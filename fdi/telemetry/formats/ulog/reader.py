@@ -37,6 +37,7 @@ from fdi.telemetry.formats.ulog.columns import Places, Store
 from fdi.telemetry.formats.ulog.definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog.events import (
     crash_dumps,
+    defaults,
     firmware_of,
     information,
     log_events,
@@ -148,6 +149,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         number,
         (Source(number, 1, count, 0, vehicle, autopilot, True),),
         frame=frame,
+        defaults=MappingProxyType(defaults(records.others)),
     )
 
 
