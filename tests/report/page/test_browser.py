@@ -4,7 +4,6 @@ Steps of a person (zoom, keys, choices) need the package playwright as well, whi
 installed chromium and downloads none.
 """
 
-import shutil
 import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,8 +16,8 @@ from fdi.report.html import html_report
 
 from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
+from .conftest import CHROMIUM
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
 HARM = "</script><img src=x onerror=document.title='harm'><script>document.title='harm'</script>"
 
 pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
@@ -44,15 +43,6 @@ def test_the_scripts_run_from_disk(written: Path, tmp_path: Path) -> None:
     assert '<html lang="en" class="scripted">' in done.stdout
     assert '<option value="VFR_HUD.alt">' in done.stdout  # made by the last of them
     assert "<title>harm" not in done.stdout
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    driver = pytest.importorskip("playwright.sync_api")
-    with driver.sync_playwright() as running:
-        found = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture
