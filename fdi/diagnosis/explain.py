@@ -208,13 +208,13 @@ def _scatter(run: Run, alarms: Alarms) -> float | None:
     return top if share > max(1.0, others) else None
 
 
-def _allowed(
-    equation: SystemEquation, bank: Bank
-) -> tuple[str, float | None, float | None] | None:
+def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float | None, float | None] | None:
     """Return the variable of a limit and the least and the most of it; None where they vary."""
     match equation.left:
         case Apply("max", (*terms, Number())):
-            pairs = [one.arguments for one in terms if isinstance(one, Apply) and one.operator == "-"]
+            pairs = [
+                one.arguments for one in terms if isinstance(one, Apply) and one.operator == "-"
+            ]
         case _:
             return None
     constants = {n: np.asarray(p.value) for n, p in bank.system.parameters.items()}

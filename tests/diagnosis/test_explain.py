@@ -64,9 +64,7 @@ def test_bound_that_varies_in_flight_is_told_by_the_statement():
 
 def test_two_sided_limit_tells_what_is_allowed_and_by_how_much_it_is_beyond():
     said = evidence(limited("min: -1, max: 9"), 0).text
-    assert said == (
-        f"x 1: up to 6 m beyond the -1 m to 9 m that are allowed, {WHEN} (GPS.x_1)"
-    )
+    assert said == (f"x 1: up to 6 m beyond the -1 m to 9 m that are allowed, {WHEN} (GPS.x_1)")
 
 
 def test_cross_check_names_both_sensors_and_what_is_within_health():

@@ -137,7 +137,9 @@ def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:
         names = (inside(component_words(one, components)) for one in finding.inseparable_from)
         told += f"; it cannot be told from {', '.join(names)}"
     sides = (("For it", 1.0), ("Against it", -1.0))
-    terms = [(side, [t.words for t in finding.because if t.weight * way > 0]) for side, way in sides]
+    terms = [
+        (side, [t.words for t in finding.because if t.weight * way > 0]) for side, way in sides
+    ]
     return " ".join([f"{told}.", *(f"{side}: {'; '.join(said)}." for side, said in terms if said)])
 
 

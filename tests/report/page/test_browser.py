@@ -16,11 +16,8 @@ from fdi.report.html import html_report
 
 from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
-from .conftest import CHROMIUM
 
 HARM = "</script><img src=x onerror=document.title='harm'><script>document.title='harm'</script>"
-
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +31,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_scripts_run_from_disk(written: Path, tmp_path: Path) -> None:
-    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
+def test_the_scripts_run_from_disk(chromium: str, written: Path, tmp_path: Path) -> None:
+    command = [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
     command += [f"--user-data-dir={tmp_path}", "--virtual-time-budget=4000", "--dump-dom"]
     done = subprocess.run(
         [*command, written.as_uri()], capture_output=True, text=True, timeout=120, check=False

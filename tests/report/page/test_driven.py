@@ -15,7 +15,6 @@ import pytest
 from fdi import analyze
 from fdi.report.html import html_report
 
-from .conftest import CHROMIUM
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 ALWAYS = ("copter_motor_failure_crash", "rover")
@@ -27,12 +26,11 @@ LOGS = [
 SHOWN = "flightClock.shown"
 MOST_BYTES = 6_000_000
 
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
-
 
 @pytest.fixture(scope="module", params=LOGS)
-def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    pytest.importorskip("playwright.sync_api")
+def report(
+    browser: Any, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     own = request.param.with_suffix(".yaml")
     model = own if own.is_file() else "auto"
     path = tmp_path_factory.mktemp("driven") / "report.html"
