@@ -76,14 +76,14 @@ def sentence(run: Run, alarms: Alarms) -> str:
             return f"{value * scale + zero:.3g} {label}".rstrip()
 
         if least is not None and most is not None:
-            told = f"up to {amount} beyond the {shown(least)} to {shown(most)} that are allowed"
+            reached = f"up to {amount} beyond the {shown(least)} to {shown(most)} that are allowed"
         elif most is not None:
-            told = f"{shown(most + size[worst])} where at most {shown(most)} is allowed"
+            reached = f"{shown(most + size[worst])} where at most {shown(most)} is allowed"
         else:
             assert least is not None
-            told = f"{shown(least - size[worst])} where at least {shown(least)} is allowed"
+            reached = f"{shown(least - size[worst])} where at least {shown(least)} is allowed"
         described = bank.system.variables[variable].description
-        return f"{described or variable.replace('_', ' ')}: {told}, {when} ({names})"
+        return f"{described or variable.replace('_', ' ')}: {reached}, {when} ({names})"
     told = _amounts(run, alarms)
     if told and times is None:
         return f"{', '.join(told)}, {when} ({names})"

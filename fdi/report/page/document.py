@@ -22,7 +22,6 @@ from fdi.report.page.panel import Panel, panel_json
 from fdi.report.page.script import json_for_page
 from fdi.report.page.track import track, track_json
 from fdi.report.style import GROUP_COLOURS
-from fdi.report.words import clean
 from fdi.result import Analysis
 
 CONTEXT: Final = ("Height", "Speed", "Roll", "Pitch", "Outputs")
@@ -115,7 +114,6 @@ def page_of(analysis: Analysis) -> Page:
     context = {place: around if place.startswith("first") else [] for place in cases}
     data: dict[str, Any] = {
         "span": [round(edge, 3) for edge in span],
-        "name": clean(analysis.log.name),
         "modes": [[round(a, 3), round(b, 3), name] for a, b, name in ground.bands],
         "marks": events,
         "grid": rows,

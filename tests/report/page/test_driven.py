@@ -15,7 +15,6 @@ import pytest
 from fdi import analyze
 from fdi.report.html import html_report
 
-
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 ALWAYS = ("copter_motor_failure_crash", "rover")
 LOGS = [
