@@ -75,6 +75,7 @@ def test_a_report_can_be_explored(page: Any, report: Path) -> None:
     drag(page, first, 0.3, 0.5)
     zoomed = seen(page)
     assert zoomed[1] - zoomed[0] == pytest.approx(0.2 * (whole[1] - whole[0]), rel=0.1)
+    page.wait_for_timeout(400)  # what is out of sight follows
     shown = page.evaluate(
         "plots.filter((one) => one.live.closest('figure[data-plot^=overview]'))"
         ".map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])"
