@@ -105,7 +105,8 @@ def main() -> int:
     for log in logs:
         if log not in here:
             print(f"skipped: {log} is not here")
-    return 0 if all([measured(log) for log in here]) else 1
+    passed = [measured(log) for log in here]
+    return 0 if all(passed) else 1
 
 
 if __name__ == "__main__":

@@ -98,8 +98,7 @@ def _rival(
     quiet, judged = _silent(name, analysis, whom, finding.onset)
     if judged:
         asks.append(
-            f"{quiet} of the {plural(judged, 'test')} that would show a fault of it stayed quiet "
-            "all the same"
+            f"{quiet} of the {plural(judged, 'test')} that look at it stayed quiet all the same"
         )
     return Suspect(words, share, tuple(asks))
 
