@@ -103,7 +103,8 @@ def test_the_pointer_stands_at_one_moment_in_every_plot(page: Any) -> None:
     assert moment == pytest.approx(35.0, abs=0.5)  # the middle of 25 to 45 s
     assert str(int(moment)) in page.locator("#now").text_content()
     lefts = page.evaluate(
-        "plots.map((one) => one.plot.posToVal(one.plot.cursor.left, 'x')).filter((t) => t > 0)"
+        "plots.filter((one) => one.plot.cursor.left >= 0)"
+        ".map((one) => one.plot.posToVal(one.plot.cursor.left, 'x'))"
     )
     assert len(lefts) > 1
     assert lefts == pytest.approx([moment] * len(lefts), abs=0.3)
