@@ -70,7 +70,7 @@ FEATURES: Final[Mapping[str, Feature]] = {
     "fit": Feature(
         1,
         "how much of what alarms and what is quiet one fault of it explains",
-        "one fault of it alone explains # of what alarms and what stays quiet",
+        "one fault of it alone fits what alarms and what stays quiet to #",
         lambda value: f"{100 * value:.0f} %",
     ),
     "near": Feature(
