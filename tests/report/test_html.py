@@ -100,7 +100,6 @@ def test_foreign_text_in_the_data_cannot_end_their_element(hostile: str) -> None
     assert found is not None
     assert "<" not in found[1]
     data = json.loads(found[1])
-    assert data["name"] == "<script>alert(1)<x>.tlog"
     assert any("<b>&$x_1$" in mark["text"] for mark in data["marks"])
 
 
