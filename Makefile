@@ -6,6 +6,7 @@
 # make test-newest  the same with the newest ones, on Python 3.13
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
 # make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
+# make page      the reports of all examples, driven in a browser (a minute; needs chromium)
 # make soak      200,000 mutated logs through all readers, 10,000 through the analysis (hours); COUNT=2000 tries fewer
 # make fit       the weights of the diagnosis, anew from all labelled flights in ../shared (minutes)
 # make bench     the figures that docs and README quote (make figures is the same)
@@ -20,7 +21,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze test docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
+.PHONY: analyze page test docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -72,6 +73,9 @@ conformance: $(VENV)/.installed-test
 
 metamorphic: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m metamorphic
+
+page: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m "soak or not soak" tests/report/page
 
 COUNT ?= 200000
 

@@ -1,6 +1,7 @@
 """What every test relies on: no test reads or fills the user's cache."""
 
 import os
+import shutil
 
 import pytest
 from hypothesis import settings
@@ -22,3 +23,20 @@ def _own_cache_folder(tmp_path_factory):
         del os.environ["FDI_CACHE_DIR"]
     else:
         os.environ["FDI_CACHE_DIR"] = before
+
+
+@pytest.fixture(scope="session")
+def chromium():
+    """The path of an installed browser; without one the test is skipped."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    return path or pytest.skip("no chromium is installed")
+
+
+@pytest.fixture(scope="session")
+def browser(chromium):
+    """The installed browser, driven by the package playwright."""
+    driver = pytest.importorskip("playwright.sync_api")
+    with driver.sync_playwright() as running:
+        found = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield found
+        found.close()

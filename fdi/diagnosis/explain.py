@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -22,6 +23,8 @@ from fdi.residuals import Bank, Generator
 from fdi.residuals.amount import amounts
 from fdi.units import customary
 
+MOST_NAMED: Final = 4
+"""Channels in a sentence; the finding names all."""
 MOSTLY: Final = 0.5
 """Of an alarm an amount must be known to be told."""
 
@@ -61,25 +64,30 @@ def sentence(run: Run, alarms: Alarms) -> str:
     bound = f"{threshold[worst] * scale:.3g} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
     sensors, inputs = _sources(bank, generator)
-    names = " and ".join(sensors) or " and ".join(inputs) or equation.name
+    names = listed(sensors) or listed(inputs) or equation.name
     if equation.kind is Kind.LIMIT:
-        what = equation.name.replace("_", " ")
         allowed = _allowed(equation, bank)
         if allowed is None:
+            what = equation.name.replace("_", " ")
             return f"{what}: {statement(equation)} is violated by up to {amount} {when} ({names})"
-        variable, bound_value, sign = allowed
-        reached = bound_value + sign * size[worst]
-        side, most = ("reaches", "at most") if sign > 0 else ("falls to", "at least")
-        return (
-            f"{what}: {variable.replace('_', ' ')} {side} "
-            + f"{reached * scale + zero:.3g} {label}".rstrip()
-            + f", allowed {most} {bound_value * scale + zero:.3g} {label}".rstrip()
-            + f", {when} ({names})"
-        )
+        variable, least, most = allowed
+
+        def shown(value: float) -> str:
+            return f"{value * scale + zero:.3g} {label}".rstrip()
+
+        if least is not None and most is not None:
+            reached = f"up to {amount} beyond the {shown(least)} to {shown(most)} that are allowed"
+        elif most is not None:
+            reached = f"{shown(most + size[worst])} where at most {shown(most)} is allowed"
+        else:
+            assert least is not None
+            reached = f"{shown(least - size[worst])} where at least {shown(least)} is allowed"
+        described = bank.system.variables[variable].description
+        return f"{described or variable.replace('_', ' ')}: {reached}, {when} ({names})"
     told = _amounts(run, alarms)
     if told and times is None:
         return f"{', '.join(told)}, {when} ({names})"
-    against = f" against {', '.join(inputs)}" if sensors and inputs else ""
+    against = f" against {listed(inputs)}" if sensors and inputs else ""
     if times is not None:
         return (
             f"{names}{against} scatter{'s' if len(sensors or inputs) == 1 else ''} up to "
@@ -91,6 +99,22 @@ def sentence(run: Run, alarms: Alarms) -> str:
         f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
         f"{bound} is within health"
     )
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a person lists them; of many the first, and how many more.
+
+    Examples
+    --------
+    >>> listed(["A.x"]), listed(["A.x", "B.y"])
+    ('A.x', 'A.x and B.y')
+    >>> listed([f"A.x{i}" for i in range(7)])
+    'A.x0, A.x1, A.x2 and 4 more channels'
+    """
+    shown = list(names) if len(names) <= MOST_NAMED else list(names[: MOST_NAMED - 1])
+    more = len(names) - len(shown)
+    parts = [*shown, f"{more} more channels"] if more else shown
+    return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 def _amounts(run: Run, alarms: Alarms) -> list[str]:
@@ -160,7 +184,9 @@ def judged(
     equation = residuals.bank.system.equations[residuals.bank.generators[run.row].residual]
     span = slice(run.first, run.last)
     off = residuals.values[run.row, span] - alarms.centre[run.row]
-    size = np.abs(wrap(off) if equation.circular else off)
+    off = wrap(off) if equation.circular else off
+    # a residual is right minus left: below zero where the left side is above
+    size = np.maximum(-off if equation.side == "above" else off, 0) if equation.side else abs(off)
     threshold = alarms.threshold[run.row, span]
     mean, bound = np.abs(alarms.mean[run.row, span]), alarms.mean_threshold[run.row, span]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -182,19 +208,26 @@ def _scatter(run: Run, alarms: Alarms) -> float | None:
     return top if share > max(1.0, others) else None
 
 
-def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float, int] | None:
-    """Return the variable of a one-sided limit, its bound and the side; or None."""
+def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float | None, float | None] | None:
+    """Return the variable of a limit and the least and the most of it; None where they vary."""
     match equation.left:
-        case Apply("max", (Apply("-", (above, below)), Number())):
-            pass
+        case Apply("max", (*terms, Number())):
+            pairs = [
+                one.arguments for one in terms if isinstance(one, Apply) and one.operator == "-"
+            ]
         case _:
             return None
     constants = {n: np.asarray(p.value) for n, p in bank.system.parameters.items()}
-    for side, other, sign in ((above, below, 1), (below, above, -1)):
-        is_fixed = constants.keys() >= set(symbols(other))  # else the bound varies in flight
-        if is_fixed and isinstance(side, Symbol) and side.name in bank.system.variables:
-            return side.name, float(evaluate(other, constants)), sign
-    return None
+    bounds: dict[int, float] = {}
+    found = None
+    for above, below in pairs:
+        for side, other, sign in ((above, below, 1), (below, above, -1)):
+            is_fixed = constants.keys() >= set(symbols(other))  # else the bound varies in flight
+            if is_fixed and isinstance(side, Symbol) and side.name in bank.system.variables:
+                found, bounds[sign] = side.name, float(evaluate(other, constants))
+    if found is None or len(bounds) < len(pairs):
+        return None
+    return found, bounds.get(-1), bounds.get(1)
 
 
 def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -9,7 +9,7 @@ evidence never makes an accusation less likely.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -31,26 +31,87 @@ SIMULTANEOUS_S: Final = 2.0
 
 
 class Feature(NamedTuple):
-    """The sign that a weight may have, and what the feature says, for a person."""
+    """A feature, for the fit and for a person.
+
+    ``sign``: that a weight may have. ``words``: what is counted. ``told``: what a value says of an
+    accused component, as a clause; ``#`` is the value as ``shown`` makes it.
+    """
 
     sign: int
     words: str
+    told: str = ""
+    shown: Callable[[float], str] = str
+
+
+def _counted(value: float) -> str:
+    count = round(np.expm1(value))
+    return f"{count} test{'s' if count > 1 else ''} of it alarm{'s' if count < 2 else ''}"
+
+
+def _times(value: float) -> str:
+    return f"{np.exp(value):.1f} times its threshold{' or more' if np.exp(value) >= MOST else ''}"
+
+
+def _share(value: float) -> str:
+    return f"{100 * np.exp(value):.0f} %"
+
+
+def _seconds(value: float) -> str:
+    return f"{np.expm1(value):.1f} s"
 
 
 FEATURES: Final[Mapping[str, Feature]] = {
     "one": Feature(0, "before any evidence"),
-    "tests": Feature(1, "how many tests of it alarm"),
-    "peak": Feature(1, "how far the strongest of them goes"),
-    "alone": Feature(1, "an alarm that concerns nobody else"),
-    "fit": Feature(1, "how much of what alarms and what is quiet one fault of it explains"),
-    "near": Feature(1, "how close its own tests come to their thresholds"),
-    "quiet": Feature(1, "how close what would show it alone comes to its threshold"),
-    "healed": Feature(-1, "how long it has been well again"),
-    "late": Feature(-1, "how long after the first alarm its own come"),
-    "explains": Feature(1, "alarms, not before its own, of what it disturbs"),
-    "follows": Feature(-1, "alarms, not after its own, of what disturbs it"),
-    "computed": Feature(-1, "it has no parts that break"),
-    "controller": Feature(-1, "it is a program, and does as well as what it is given"),
+    "tests": Feature(1, "how many tests of it alarm", "#", _counted),
+    "peak": Feature(1, "how far the strongest of them goes", "the strongest reaches #", _times),
+    "alone": Feature(
+        1, "an alarm that concerns nobody else", "a test that concerns no other part alarms"
+    ),
+    "fit": Feature(
+        1,
+        "how much of what alarms and what is quiet one fault of it explains",
+        "one fault of it alone fits what alarms and what stays quiet to #",
+        lambda value: f"{100 * value:.0f} %",
+    ),
+    "near": Feature(
+        1,
+        "how close its own tests come to their thresholds",
+        "no test of its own goes beyond # of its threshold",
+        _share,
+    ),
+    "quiet": Feature(
+        1,
+        "how close what would show it alone comes to its threshold",
+        "the tests that would show it alone reach # of their thresholds at most",
+        _share,
+    ),
+    "healed": Feature(
+        -1, "how long it has been well again", "its tests were quiet again, for # in all", _seconds
+    ),
+    "late": Feature(
+        -1,
+        "how long after the first alarm its own come",
+        "its own alarms come # after the first",
+        _seconds,
+    ),
+    "explains": Feature(
+        1,
+        "alarms, not before its own, of what it disturbs",
+        "what it disturbs alarms too, and not before it",
+    ),
+    "follows": Feature(
+        -1,
+        "alarms, not after its own, of what disturbs it",
+        "what could disturb it alarms too, and not after it",
+    ),
+    "computed": Feature(
+        -1, "it has no parts that break", "it is computed: it has no part that breaks"
+    ),
+    "controller": Feature(
+        -1,
+        "it is a program, and does as well as what it is given",
+        "it is a program, which does as well as what it is given",
+    ),
 }
 
 
@@ -94,6 +155,20 @@ class Doings:
         worst = np.where(np.isfinite(after), after, -1.0).max(axis=0)
         known = worst >= 0
         return float(np.maximum(1.0 - worst[known] / WELL, 0.0).sum() * (self.t[1] - self.t[0]))
+
+
+def told(name: str, value: float) -> str:
+    """Return what the value of a feature says of an accused component, as a clause.
+
+    Examples
+    --------
+    >>> told("tests", 1.3863), told("tests", 0.6931)
+    ('3 tests of it alarm', '1 test of it alarms')
+    >>> told("late", 1.2528)
+    'its own alarms come 2.5 s after the first'
+    """
+    feature = FEATURES[name]
+    return feature.told.replace("#", feature.shown(value))
 
 
 def features(

@@ -18,7 +18,7 @@ import numpy as np
 
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.concerns import Tie
-from fdi.diagnosis.features import FEATURES, SIMULTANEOUS_S
+from fdi.diagnosis.features import FEATURES, SIMULTANEOUS_S, told
 from fdi.diagnosis.hypotheses import WINDOW_S, Case, Inquiry
 from fdi.diagnosis.likelihood import Fitted
 from fdi.diagnosis.values import Term
@@ -196,10 +196,11 @@ def _explained(
 def _terms(values: Floats, fitted: Fitted) -> tuple[Term, ...]:
     """Return what weighed most, the strongest first."""
     parts = dict(zip(FEATURES, values * fitted.vector, strict=True))
+    said = dict(zip(FEATURES, values.tolist(), strict=True))
     parts.pop("one")
     strongest = sorted(parts, key=lambda feature: -abs(parts[feature]))[:TOLD]
     return tuple(
-        Term(feature, FEATURES[feature].words, float(parts[feature]))
+        Term(feature, told(feature, said[feature]), float(parts[feature]))
         for feature in strongest
         if parts[feature]
     )

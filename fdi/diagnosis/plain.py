@@ -7,7 +7,7 @@ whose subject is that component: what the model says of the statement that is vi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from fdi.model.naming import component_words, inside
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fdi.model import System
     from fdi.model.parts import Measurement, Variable
     from fdi.model.system import SystemEquation
-    from fdi.residuals.bank import Generator
+    from fdi.residuals.bank import Bank, Generator
 
 
 def channel_words(measurement: Measurement, variables: Mapping[str, Variable]) -> str:
@@ -60,6 +60,27 @@ def alarm_clause(component: str, generator: Generator, system: System) -> str:
     """
     clause, is_verb = _clause(component, generator, system)
     return f"it {clause}" if is_verb else clause
+
+
+def telling_clause(component: str, tests: Sequence[str], bank: Bank) -> str:
+    """Return the clause of the first of several tests that says what the component itself does.
+
+    That tells more than that two others do not fit; the first test's where none does, and ""
+    where the bank has none of them.
+
+    Parameters
+    ----------
+    component : str
+    tests : sequence of str
+        Ids of residual generators, the more telling first.
+    bank : Bank
+    """
+    by_id = {generator.id: generator for generator in bank.generators}
+    known = [by_id[name] for name in tests if name in by_id]
+    clauses = [alarm_clause(component, generator, bank.system) for generator in known]
+    own = [clause for clause in clauses if clause.startswith("it ")]
+    says_what = [clause for clause in own if not clause.startswith("it does not fit ")]
+    return next(iter(says_what or own or clauses), "")
 
 
 def _clause(component: str, generator: Generator, system: System) -> tuple[str, bool]:

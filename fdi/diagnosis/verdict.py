@@ -21,7 +21,7 @@ from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
 from fdi.decision.judging import persistent
 from fdi.diagnosis.ending import BEFORE_S, led_to, went_wrong
-from fdi.diagnosis.plain import alarm_clause
+from fdi.diagnosis.plain import telling_clause
 from fdi.diagnosis.values import (
     MOST_LETTERS,
     Consequence,
@@ -242,12 +242,8 @@ def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
 def _what(finding: Finding, alarms: Alarms) -> str:
     """Return what is wrong, in the words of the model, with the size where it is known."""
     bank = alarms.residuals.bank
-    by_id = {generator.id: generator for generator in bank.generators}
-    # what the component itself does tells more than that two others do not fit
     names = (finding.evidence.telling, *finding.evidence.residuals)
-    clauses = [alarm_clause(finding.component, by_id[name], bank.system) for name in names]
-    own = [clause for clause in clauses if clause.startswith("it ")]
-    clause = own[0] if own else clauses[0]
+    clause = telling_clause(finding.component, names, bank)
     return clause + (f" ({_amount(finding.size)})" if finding.size is not None else "")
 
 

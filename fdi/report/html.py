@@ -13,13 +13,14 @@ from typing import Any, Final
 
 from fdi.diagnosis import Ending, Finding
 from fdi.diagnosis.concerns import concerns
+from fdi.diagnosis.plain import telling_clause
 from fdi.model.naming import component_words
 from fdi.report.analysis_document import analysis_document
 from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
-from fdi.report.page.suspects import ending_words, sure_words, suspects
+from fdi.report.page.suspects import ending_words, first_signs, sure_words, suspects
 from fdi.report.page.templates import templates
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
@@ -48,6 +49,8 @@ def html_report(analysis: Analysis) -> str:
     from markupsafe import Markup
 
     environment = templates()
+    components = analysis.system.components
+    environment.filters["part"] = lambda name: component_words(name, components)
     page = page_of(analysis)
     events, events_left = _events(analysis)
     states = states_of(analysis)
@@ -59,7 +62,8 @@ def html_report(analysis: Analysis) -> str:
         plotting=Markup(script(PLOTTING)),
         script=Markup(script()),
         data=Markup(json_for_page(page.data)),
-        ended=ending_words(_last(analysis)),
+        ended=ending_words(last := _last(analysis)),
+        signs=first_signs(last),
         states=[(name, words) for name, words in STATES.items() if name in states.values()],
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),
@@ -74,6 +78,10 @@ def html_report(analysis: Analysis) -> str:
         events_left=events_left,
         residuals=_residuals(analysis),
         refused=_refused(analysis),
+        parameters=analysis.log.parameters,
+        changes=analysis.log.parameter_changes,
+        defaults=analysis.log.defaults,
+        altered=analysis.log.altered,
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
@@ -100,7 +108,12 @@ def _findings(
         {
             "value": finding,
             "name": component_words(finding.component, analysis.system.components),
-            "sure": sure_words(finding),
+            "what": telling_clause(
+                finding.component,
+                (finding.evidence.telling, *finding.evidence.residuals),
+                analysis.bank,
+            ),
+            "sure": sure_words(finding, analysis.system.components),
             "suspects": suspects(finding, analysis, whom),
             "onset": onset(finding, analysis),
             "alarm": log_time(finding.alarm, analysis.log),

@@ -47,6 +47,7 @@ def log_document(log: Log) -> dict[str, Any]:
         ],
         "messages": [_message(key, message) for key, message in log.messages.items()],
         "parameters": {name: number(value) for name, value in log.parameters.items()},
+        "parameter_defaults": {name: number(value) for name, value in log.defaults.items()},
         "parameter_changes": [
             {"t_s": number(c.t), "name": c.name, "old": number(c.old), "new": number(c.new)}
             for c in log.parameter_changes

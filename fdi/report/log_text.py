@@ -63,7 +63,8 @@ def _head(log: Log) -> Iterator[RenderableType]:
         (
             "parameters",
             f"{len(log.parameters) or 'none'}"
-            + (f", {plural(changes, 'change')} later" if changes else ""),
+            + (f", {plural(changes, 'change')} later" if changes else "")
+            + (f", {len(log.altered)} unlike the firmware's default" if log.defaults else ""),
         ),
     ]
     others = [source for source in log.sources if not source.chosen]

@@ -68,7 +68,9 @@ def styled() -> Iterator[None]:
     import matplotlib as mpl
 
     with mpl.rc_context():
-        mpl.rcParams.update(mpl.rcParamsDefault)
+        # asked for the backend matplotlib looks for a window's, and imports pyplot (0.3 s)
+        names = [name for name in mpl.rcParamsDefault if name != "backend"]
+        mpl.rcParams.update({name: mpl.rcParamsDefault[name] for name in names})
         mpl.rcParams.update(_SETTINGS)
         yield
 

@@ -11,7 +11,10 @@ import io
 import json
 import math
 from collections.abc import Iterable, Sequence
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fdi.diagnosis.values import UNKNOWN
 from fdi.result import Analysis
@@ -46,10 +49,11 @@ def csv_text(rows: Iterable[Sequence[str | float | int | None]]) -> str:
 def fault_grid_csv(analysis: Analysis) -> str:
     """Return the fault grid: column ``t``, a column per fault with 0, 1 or nothing."""
     grid = analysis.diagnosis.grid
-    rows: list[list[str | float | int | None]] = [["t", *grid.faults]]
+    said = {int(mark): "" if mark == UNKNOWN else str(mark) for mark in np.unique(grid.marks)}
+    lines = [csv_text([["t", *grid.faults]])]
     for t, marks in zip(grid.t.tolist(), grid.marks.T.tolist(), strict=True):
-        rows.append([t, *(None if mark == UNKNOWN else mark for mark in marks)])
-    return csv_text(rows)
+        lines.append(",".join([cell(t), *(said[mark] for mark in marks)]) + "\n")
+    return "".join(lines)
 
 
 def isolability_csv(analysis: Analysis) -> str:
@@ -65,12 +69,14 @@ def residuals_parquet(analysis: Analysis) -> bytes:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.Table.from_pandas(analysis.residuals, preserve_index=True)
     own = _column_metadata(analysis)
+    residuals = analysis.residual_values
+    values = {g.id: row for g, row in zip(residuals.bank.generators, residuals.values, strict=True)}
+    values["t"] = residuals.t
     schema = pa.schema(
-        [column.with_metadata(own.get(column.name, {})) for column in table.schema],
+        [pa.field(name, pa.float64(), metadata=own.get(name, {})) for name in values],
         metadata={
-            **(table.schema.metadata or {}),
+            b"pandas": _for_pandas(list(values)),
             b"fdi": json.dumps(
                 {
                     "tool": {"name": "uav-fdi", "version": analysis.version},
@@ -81,8 +87,36 @@ def residuals_parquet(analysis: Analysis) -> bytes:
         },
     )
     out = io.BytesIO()
-    pq.write_table(table.cast(schema), out, compression="zstd")
+    arrays = [_column(column) for column in values.values()]
+    pq.write_table(pa.Table.from_arrays(arrays, schema=schema), out, compression="zstd")
     return out.getvalue()
+
+
+def _column(values: NDArray[np.float64]) -> Any:
+    """Return a column for a table, null where it is NaN; ``pa.array`` imports pandas."""
+    import pyarrow as pa
+
+    is_known = np.packbits(~np.isnan(values), bitorder="little")
+    buffers = [pa.py_buffer(part.tobytes()) for part in (is_known, values)]
+    return pa.Array.from_buffers(pa.float64(), len(values), buffers)
+
+
+def _for_pandas(names: Sequence[str]) -> bytes:
+    """Return what makes a frame with the index ``t`` of columns of float64, as pandas writes it.
+
+    Importing pandas for that takes longer than the rest of the table.
+    """
+    columns = [
+        {
+            "name": name,
+            "field_name": name,
+            "pandas_type": "float64",
+            "numpy_type": "float64",
+            "metadata": None,
+        }
+        for name in names
+    ]
+    return json.dumps({"index_columns": ["t"], "column_indexes": [], "columns": columns}).encode()
 
 
 def _column_metadata(analysis: Analysis) -> dict[str, dict[bytes, bytes]]:

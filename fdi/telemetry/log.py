@@ -128,6 +128,9 @@ class Log:
         What a person calls the frame, where it is no ordinary one of its vehicle (``Y6``).
     board : str
         Name and serial number of the board where the format has a place for them (ULog).
+    defaults : Mapping[str, float]
+        The firmware's own, as far as the log tells them: DataFlash from ArduPilot 4.3 on; a ULog
+        those of parameters that have another value. Empty: it tells none.
     """
 
     path: Path
@@ -149,6 +152,7 @@ class Log:
     recordings: tuple[Recording, ...] = ()
     frame: str = ""
     board: str = ""
+    defaults: Mapping[str, float] = field(default_factory=dict)
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -215,6 +219,15 @@ class Log:
             self._cache["events"] = tuple(sorted(events, key=lambda e: (e.t, e.kind)))
         found: tuple[Event, ...] = self._cache["events"]
         return found
+
+    @property
+    def altered(self) -> Mapping[str, tuple[float, float]]:
+        """Parameters that differ from the firmware's default, with value and default, by name."""
+        return {
+            name: (self.parameters[name], default)
+            for name, default in self.defaults.items()
+            if name in self.parameters and self.parameters[name] != default
+        }
 
     @property
     def other_vehicles(self) -> tuple[Source, ...]:

@@ -114,7 +114,6 @@ def page_of(analysis: Analysis) -> Page:
     context = {place: around if place.startswith("first") else [] for place in cases}
     data: dict[str, Any] = {
         "span": [round(edge, 3) for edge in span],
-        "name": analysis.log.name,
         "modes": [[round(a, 3), round(b, 3), name] for a, b, name in ground.bands],
         "marks": events,
         "grid": rows,

@@ -204,11 +204,16 @@ class Court:
         hot = self._hot(row)
         is_limit = equation.kind is Kind.LIMIT
 
+        # what is within a limit is zero; a residual is right minus left, so the other way round
+        ways = {"above": (-1,), "below": (1,)}.get(equation.side, (1,) if is_limit else (1, -1))
+
         def panel(title: str, name: str, value: Floats, bound: Floats, unit: str) -> Panel:
-            curves = [Curve(name, t, value), Curve("threshold", t, bound, look="bound", colour=7)]
-            if not is_limit:  # what is within a limit is zero
-                curves.append(Curve("below", t, -bound, look="bound", colour=7))
-            return Panel(title, unit, tuple(curves), hot, window)
+            names = ("threshold", "the same below")
+            bounds = (
+                Curve(told, t, way * bound, look="bound", colour=7)
+                for told, way in zip(names, ways, strict=False)
+            )
+            return Panel(title, unit, (Curve(name, t, value), *bounds), hot, window)
 
         found = [
             panel(

@@ -173,8 +173,8 @@ class Parts:
             known = share[inside & np.isfinite(share)]
             weight = float(np.median(known)) if known.size else 0.0
             if weight > FAINT:
-                predicted = wrap(predicted) if equation.circular else predicted
                 predicted = np.where(share > FAINT, predicted, np.nan)  # elsewhere it has no say
+                predicted = wrap(predicted) if equation.circular else predicted
                 found.append(Part(number, weight, recorded_of(piece, number), predicted))
             elif is_own:  # it has its say through its change only
                 found.append(Part(number, weight, recorded_of(piece, number), None))

@@ -7,28 +7,32 @@ stayed quiet. The probabilities are the diagnosis' own.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from fdi.decision.alarms import UNKNOWN
-from fdi.diagnosis import Ending, Finding
+from fdi.diagnosis import Ending, Finding, First
 from fdi.diagnosis.concerns import Concerns
 from fdi.diagnosis.plain import alarm_clause
 from fdi.model.naming import component_words, inside
+from fdi.model.parts import Component
 from fdi.report.words import at, per_cent, plural
 from fdi.result import Analysis
 
 SOON: Final = 10.0
 """s after the onset in which a test that holds a component should have shown its fault."""
 NEGLIGIBLE: Final = 0.005
+MOST_SIGNS: Final = 4
+_SAYS: Final = ("alarm", "trigger", "event", "command")
 _HOW: Final = {
     "landed": "It landed.",
     "in_air": "The log ends in the air.",
     "failsafe": "After a failsafe that the autopilot reports.",
     "on_ground": "It never left the ground.",
-    "control_lost": "Out of control; no blow is recorded before the log ends.",
+    "control_lost": "Out of control; the log ends before it hits anything.",
 }
 
 
@@ -53,7 +57,8 @@ def ending_words(ending: Ending | None) -> str:
         said = _HOW[end.how]
     if end.lost_control is not None:
         before = end.at - end.lost_control
-        said += f" Control was lost {before:.1f} s before (log {at(end.lost_control)} s)."
+        what = "All motors stopped" if end.lost_by == "stop" else "Control was lost"
+        said += f" {what} {before:.1f} s before (log {at(end.lost_control)} s)."
     return said
 
 
@@ -64,7 +69,7 @@ def suspects(finding: Finding, analysis: Analysis, whom: Concerns) -> list[Suspe
     is left to tell.
     """
     nobody = 1.0 - finding.confidence - sum(share for _, share in finding.rivals)
-    found = [_nobody(max(nobody, 0.0))]
+    found = [_nobody(max(nobody, 0.0), is_alone=not finding.rivals)]
     if finding.rivals:
         found.append(_rival(*max(finding.rivals, key=lambda one: one[1]), finding, analysis, whom))
     found.sort(key=lambda one: -one.share)
@@ -83,28 +88,28 @@ def _rival(
     if explained:
         telling = max(explained, key=lambda row: _peak(analysis, row, finding.onset))
         clause = alarm_clause(name, analysis.bank.generators[telling], system)
-        asks.append(f"{inside(words)}: {clause}")
+        asks.append(clause if clause.startswith("it ") else f"what it disturbs: {clause}")
     left = len(rows) - len(explained)
     if left:
         asks.append(
-            f"{plural(left, 'alarm')} of {len(rows)} would need another cause: "
+            f"{left} of the {plural(len(rows), 'alarm')} would have another cause: "
             f"{'its test does' if left == 1 else 'their tests do'} not concern it"
         )
     quiet, judged = _silent(name, analysis, whom, finding.onset)
     if judged:
-        asks.append(f"{quiet} of the {judged} tests that hold it stayed quiet, and should not have")
+        asks.append(
+            f"{quiet} of the {plural(judged, 'test')} that look at it stayed quiet all the same"
+        )
     return Suspect(words, share, tuple(asks))
 
 
-def _nobody(share: float) -> Suspect:
-    return Suspect(
-        "no component at all",
-        share,
-        (
-            "every part worked, and what the tests show came from outside the model: wind, ground, "
-            "the pilot, or a vehicle unlike its model",
-        ),
+def _nobody(share: float, *, is_alone: bool) -> Suspect:
+    asks = (
+        "every part worked, and what the tests show came from outside the model: wind, ground, "
+        "the pilot, or a vehicle unlike its model"
     )
+    alone = ("none of these alarms concerns another part",) if is_alone else ()
+    return Suspect("no part at all", share, (asks, *alone))
 
 
 def _peak(analysis: Analysis, row: int, onset: float) -> float:
@@ -124,9 +129,25 @@ def _silent(component: str, analysis: Analysis, whom: Concerns, onset: float) ->
     return sum(not alarms.alarm[row, soon].any() for row in judged), len(judged)
 
 
-def sure_words(finding: Finding) -> str:
-    """Return how sure an accusation is, in a sentence."""
-    told = f"{per_cent(finding.confidence)} that it was this component"
+def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:
+    """Return how sure an accusation is, and why, in sentences."""
+    told = f"{per_cent(finding.confidence)} that it was this part"
     if finding.inseparable_from:
-        told += "; it cannot be told from " + ", ".join(finding.inseparable_from)
-    return told + "."
+        names = (inside(component_words(one, components)) for one in finding.inseparable_from)
+        told += f"; it cannot be told from {', '.join(names)}"
+    sides = (("For it", 1.0), ("Against it", -1.0))
+    terms = [
+        (side, [t.words for t in finding.because if t.weight * way > 0]) for side, way in sides
+    ]
+    return " ".join([f"{told}.", *(f"{side}: {'; '.join(said)}." for side, said in terms if said)])
+
+
+def first_signs(ending: Ending | None) -> list[First]:
+    """Return what happened first in the seconds before a flight went wrong, `MOST_SIGNS` at most.
+
+    What tests and the autopilot told goes before what somebody asked for.
+    """
+    if ending is None or not ending.end.is_bad:
+        return []
+    order = sorted(ending.first, key=lambda one: (_SAYS.index(one.kind), one.at))
+    return sorted(order[:MOST_SIGNS], key=lambda one: one.at)

@@ -87,6 +87,7 @@ def join(logs: Sequence[Log]) -> Log:
         firmware=next((log.firmware for log in logs if log.firmware), None),
         sources=tuple(dict.fromkeys(sources)),
         recordings=recordings,
+        defaults=MappingProxyType({k: v for log in logs[::-1] for k, v in log.defaults.items()}),
         _cache={},
     )
 

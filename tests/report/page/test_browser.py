@@ -4,7 +4,6 @@ Steps of a person (zoom, keys, choices) need the package playwright as well, whi
 installed chromium and downloads none.
 """
 
-import shutil
 import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,10 +17,7 @@ from fdi.report.html import html_report
 from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
 HARM = "</script><img src=x onerror=document.title='harm'><script>document.title='harm'</script>"
-
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +31,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_scripts_run_from_disk(written: Path, tmp_path: Path) -> None:
-    command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
+def test_the_scripts_run_from_disk(chromium: str, written: Path, tmp_path: Path) -> None:
+    command = [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
     command += [f"--user-data-dir={tmp_path}", "--virtual-time-budget=4000", "--dump-dom"]
     done = subprocess.run(
         [*command, written.as_uri()], capture_output=True, text=True, timeout=120, check=False
@@ -44,15 +40,6 @@ def test_the_scripts_run_from_disk(written: Path, tmp_path: Path) -> None:
     assert '<html lang="en" class="scripted">' in done.stdout
     assert '<option value="VFR_HUD.alt">' in done.stdout  # made by the last of them
     assert "<title>harm" not in done.stdout
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    driver = pytest.importorskip("playwright.sync_api")
-    with driver.sync_playwright() as running:
-        found = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture
@@ -116,7 +103,8 @@ def test_the_pointer_stands_at_one_moment_in_every_plot(page: Any) -> None:
     assert moment == pytest.approx(35.0, abs=0.5)  # the middle of 25 to 45 s
     assert str(int(moment)) in page.locator("#now").text_content()
     lefts = page.evaluate(
-        "plots.map((one) => one.plot.posToVal(one.plot.cursor.left, 'x')).filter((t) => t > 0)"
+        "plots.filter((one) => one.plot.cursor.left >= 0)"
+        ".map((one) => one.plot.posToVal(one.plot.cursor.left, 'x'))"
     )
     assert len(lefts) > 1
     assert lefts == pytest.approx([moment] * len(lefts), abs=0.3)

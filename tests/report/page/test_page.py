@@ -109,7 +109,7 @@ def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
 def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analysis) -> None:
     finding = replace(analysis.findings[0], confidence=0.6, rivals=())
     (suspect,) = suspects(finding, analysis, concerns(analysis.bank))
-    assert suspect.name == "no component at all"
+    assert suspect.name == "no part at all"
     assert suspect.share == pytest.approx(0.4)
 
 

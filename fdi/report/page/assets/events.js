@@ -2,8 +2,15 @@
 
 const level = () => +document.getElementById("level").value;
 
+let marksAt = { level: null, found: [] };
+
 function shownMarks() {
-  return data.marks.filter((mark) => mark.level <= level() || ["onset", "impact", "takeoff", "landing"].includes(mark.kind));
+  const most = level();
+  if (marksAt.level !== most) {
+    const found = data.marks.filter((mark) => mark.level <= most || ["onset", "impact", "takeoff", "landing"].includes(mark.kind));
+    marksAt = { level: most, found };
+  }
+  return marksAt.found;
 }
 
 const INKS = { onset: "red", impact: "red", failsafe: "red", arm: "green", disarm: "green", takeoff: "green", landing: "green", mode: "c3" };

@@ -14,10 +14,13 @@ function canvasIn(inside, height, label) {
   const size = () => {
     const ratio = devicePixelRatio || 1;
     const wide = Math.max(live.clientWidth, 100), tall = typeof height === "function" ? height(wide) : height;
-    made.style.height = `${tall}px`;
-    made.width = Math.round(wide * ratio);
-    made.height = Math.round(tall * ratio);
     const ctx = made.getContext("2d");
+    const [pixels, lines] = [Math.round(wide * ratio), Math.round(tall * ratio)];
+    if (made.width !== pixels || made.height !== lines) {
+      made.style.height = `${tall}px`;
+      made.width = pixels;
+      made.height = lines;
+    }
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     ctx.font = "11px system-ui, sans-serif";
     return { ctx, wide, tall };
@@ -50,7 +53,8 @@ function onClock(surface, clock, left, draw, told) {
   const redraw = () => {
     const { ctx, wide: w, tall } = surface.size();
     wide = w;
-    const x = (t) => left() + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (w - left());
+    const edge = left(); // asks for the layout: once
+    const x = (t) => edge + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (w - edge);
     ctx.clearRect(0, 0, w, tall);
     draw(ctx, x, w, tall);
     if (pointer.t !== null && pointer.t >= clock.shown[0] && pointer.t <= clock.shown[1]) {
@@ -86,20 +90,21 @@ function makeGrid(inside) {
   const surface = canvasIn(inside, data.grid.length * ROW + 4, `Fault grid of ${data.grid.length} faults; the tables below say the same`);
   const left = () => Math.min(260, surface.live.clientWidth * 0.36);
   const draw = (ctx, x, wide) => {
+    const edge = left();
     data.grid.forEach((row, place) => {
       const top = place * ROW + 2;
       ctx.save();
-      ctx.beginPath(); ctx.rect(0, top, left() - 6, ROW); ctx.clip();
+      ctx.beginPath(); ctx.rect(0, top, edge - 6, ROW); ctx.clip();
       ctx.fillStyle = colour("soft");
       ctx.textBaseline = "middle";
       ctx.fillText(row.fault, 0, top + ROW / 2);
       ctx.restore();
       ctx.save();
-      ctx.beginPath(); ctx.rect(left(), top, wide - left(), ROW); ctx.clip();
+      ctx.beginPath(); ctx.rect(edge, top, wide - edge, ROW); ctx.clip();
       for (const [kind, ink] of [["off", "unknown"], ["on", `g-${row.group}`]]) {
         ctx.fillStyle = colour(ink);
         for (const [from, to] of row[kind]) {
-          if (x(to) < left() || x(from) > wide) continue;
+          if (x(to) < edge || x(from) > wide) continue;
           ctx.fillRect(x(from), top + 1, Math.max(x(to) - x(from), 1), ROW - 3);
         }
       }

@@ -77,7 +77,7 @@ function start() {
     for (const one of plots) one.resize();
     for (const redraw of redraws) redraw();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { for (const one of plots) one.rebuild(); refresh(); });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { inks.clear(); for (const one of plots) one.rebuild(); refresh(); });
   let closed = [];
   addEventListener("beforeprint", () => { closed = [...document.querySelectorAll("details:not([open])")]; for (const one of closed) one.open = true; });
   addEventListener("afterprint", () => { for (const one of closed) one.open = false; });

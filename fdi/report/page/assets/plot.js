@@ -1,6 +1,7 @@
 // A panel as a plot to zoom, by uPlot.
 
 const AXIS = 60;
+const REST_MS = 120;
 const plots = [];
 
 /** Return curves as one table of uPlot's: common times, and a column for each curve. */
@@ -78,6 +79,11 @@ function ticked(tick, step) {
   return tick.toFixed(digits);
 }
 
+function isInSight(live) {
+  const box = live.getBoundingClientRect();
+  return box.bottom > -100 && box.top < innerHeight + 100;
+}
+
 /** Make a panel a plot inside an element, on a clock; returns it. */
 function makePlot(inside, panel, clock, height = 150) {
   const live = element("div", undefined, "live");
@@ -130,9 +136,15 @@ function makePlot(inside, panel, clock, height = 150) {
   made.redraw = () => made.plot.redraw(false);
   made.rebuild = build;
   made.resize = () => made.plot.setSize({ width: wide(), height });
-  clock.onChange(() => made.plot.setScale("x", { min: clock.shown[0], max: clock.shown[1] }));
+  // what is out of sight follows when the pan rests: thirty plots a frame are too many
+  let resting = null;
+  const follow = () => made.plot?.setScale("x", { min: clock.shown[0], max: clock.shown[1] });
+  clock.onChange(() => {
+    clearTimeout(resting);
+    if (isInSight(live)) follow(); else resting = setTimeout(follow, REST_MS);
+  });
   pointer.onChange((t, from) => {
-    if (from === made || !made.plot) return;
+    if (from === made || !made.plot || !isInSight(live)) return;
     const left = t === null ? -10 : made.plot.valToPos(t, "x");
     made.plot.told = true;
     made.plot.setCursor({ left: left >= 0 && left <= made.plot.over.clientWidth ? left : -10, top: -10 }, true);

@@ -51,9 +51,12 @@ function broken(t, v) {
   return [times, values];
 }
 
-/** Return a colour of the style sheet, as it is on this ground. */
+/** Return a colour of the style sheet, as it is on this ground; asked for once, since a pan asks a
+ *  thousand times a frame. */
+const inks = new Map();
 function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  if (!inks.has(name)) inks.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  return inks.get(name);
 }
 
 function element(tag, text, classes) {

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
 from fdi.telemetry.events import Event
@@ -21,7 +22,8 @@ from fdi.telemetry.formats.bounds import (
     records_left_out,
 )
 from fdi.telemetry.formats.dataflash.clock import Times
-from fdi.telemetry.formats.dataflash.tables import Tables, columns
+from fdi.telemetry.formats.dataflash.layouts import Ints
+from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
 from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.quality import QualityRecord
@@ -136,8 +138,25 @@ def parameters(
     return dict(sorted(first.items())), tuple(changes), events, beyond
 
 
-def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
-    """Yield in file order where a parameter is not what its record before said: t, name, value."""
+def defaults(timed: Timed) -> dict[str, float]:
+    """Return the firmware's own defaults, of the parameters whose records tell them."""
+    found: dict[str, float] = {}
+    for _, table, names, which in _parameter_tables(timed):
+        default = table.layout.field("Default")
+        if default is None or default.is_text:
+            continue
+        said = np.ascontiguousarray(table.column(default))
+        codes, first = np.unique(which, return_index=True)
+        for code, row in zip(codes.tolist(), first.tolist(), strict=True):
+            if PARAMETER_NAME.fullmatch(names[code]) and np.isfinite(said[row]):
+                found.setdefault(names[code], float(said[row]))
+    return dict(sorted(found.items())[:MOST_NAMES])
+
+
+def _parameter_tables(
+    timed: Timed,
+) -> Iterator[tuple[NDArray[np.float64], Table, NDArray[Any], Ints]]:
+    """Yield the tables of parameters that are kept: times, table, names, and which of them each."""
     for table, times in zip(timed.tables, timed.times, strict=True):
         one = table.layout
         name, value = one.field("Name"), one.field("Value")
@@ -148,7 +167,14 @@ def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
         t, kept = times.t, kept_values(np.arange(table.start.size))
         if kept is not None:
             t, table = t[kept], table.source.part(table, kept)
-        names, which = table.source.codes(table, name)
+        yield t, table, *table.source.codes(table, name)
+
+
+def _parameter_news(timed: Timed) -> Iterator[tuple[float, str, float]]:
+    """Yield in file order where a parameter is not what its record before said: t, name, value."""
+    for t, table, names, which in _parameter_tables(timed):
+        value = table.layout.field("Value")
+        assert value is not None
         is_name = np.array([PARAMETER_NAME.fullmatch(text) is not None for text in names])
         values = np.ascontiguousarray(table.column(value))
         rows = np.flatnonzero(is_name[which] & np.isfinite(values))

@@ -22,6 +22,7 @@ from fdi.telemetry.events import Event
 from fdi.telemetry.formats.dataflash.clock import Track, find_track, make_clock
 from fdi.telemetry.formats.dataflash.events import (
     Timed,
+    defaults,
     log_events,
     log_texts,
     parameters,
@@ -124,6 +125,7 @@ def make_log(
         number,
         (Source(number, 1, count, 0, vehicle, "ardupilot", True),),
         frame=frame,
+        defaults=MappingProxyType(defaults(timed)),
     )
 
 

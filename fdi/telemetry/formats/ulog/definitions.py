@@ -137,13 +137,22 @@ class Subscription(NamedTuple):
 
 
 class Key(NamedTuple):
-    """A key with its value as bytes, from an I, M, P or Q message; ``count`` of an array."""
+    """A key with its value as bytes, from an I, M, P or Q message; ``length`` of an array.
+
+    ``before``: the byte before it: of an M message 1 where it goes on with the one before, of a Q
+    message whose default it tells.
+    """
 
     kind: str
     length: int | None
     name: str
     raw: bytes
-    is_continued: bool = False
+    before: int = 0
+
+    @property
+    def is_continued(self) -> bool:
+        """Whether an M message goes on with the one before."""
+        return self.before == 1
 
     def value(self) -> float | str | None:
         """Return a text or number, None where it is neither."""
@@ -214,7 +223,7 @@ def _key(before: bytes, body: bytes) -> Key | None:
     # texts that are continued keep the first part's length when a tool has copied the log
     if len(body) - end != size * (1 if count is None else count) and (size > 1 or count is None):
         return None
-    return Key(found[1], count, found[3], body[end:], before == b"\1")
+    return Key(found[1], count, found[3], body[end:], before[0] if before else 0)
 
 
 def _logged(body: bytes, start: int) -> Logged | None:

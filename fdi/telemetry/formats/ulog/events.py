@@ -31,6 +31,8 @@ _PARAMETER: Final = re.compile(r"[A-Za-z0-9_]{1,32}")
 _STAGES: Final = ((255, ""), (192, "rc"), (128, "beta"), (64, "alpha"), (0, "dev"))
 _CRASH_DUMP: Final = "hardfault_plain"
 _EMERGENCY: Final = 0
+_SYSTEM_WIDE: Final = 1
+"""Of the byte before a default: it is the firmware's own, not that of the airframe (bit 1)."""
 
 
 def information(others: tuple[Other, ...]) -> dict[str, float | str]:
@@ -172,6 +174,22 @@ def parameters(
             events.append(Event(t, "parameter", key.name, None, value))
             now[key.name] = value
     return dict(sorted(first.items())), tuple(changes), events
+
+
+def defaults(others: tuple[Other, ...]) -> dict[str, float]:
+    """Return the firmware's own defaults, of the parameters that have another value.
+
+    A log that holds any leaves out those of parameters that are at their default.
+    """
+    found: dict[str, float] = {}
+    for other in others:
+        key = other.content
+        value = key.value() if other.kind == "Q" and isinstance(key, Key) else None
+        if not isinstance(key, Key) or not isinstance(value, int | float):
+            continue
+        if key.before & _SYSTEM_WIDE and math.isfinite(value) and _PARAMETER.fullmatch(key.name):
+            found[key.name] = value
+    return dict(sorted(found.items()))
 
 
 def log_events(own: Messages, release: Release) -> list[Event]:

@@ -38,6 +38,7 @@ from fdi.telemetry.formats.ulog.definitions import Bytes, Field, Layout
 from fdi.telemetry.formats.ulog.events import (
     board_of,
     crash_dumps,
+    defaults,
     firmware_of,
     information,
     log_events,
@@ -150,6 +151,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         (Source(number, 1, count, 0, vehicle, autopilot, True),),
         frame=frame,
         board=board_of(info),
+        defaults=MappingProxyType(defaults(records.others)),
     )
 
 
