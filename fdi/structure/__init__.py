@@ -17,7 +17,8 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``search.py``: what searches a graph component for them: Python or compiled code
 - ``dual.py``: the vectors in which removing an equation is a projection
 - ``flats.py``: the search over these vectors, in Python
-- ``compiled.py``: the same search, compiled (extra ``fast``)
+- ``paths.py``: the same search without vectors, for large models
+- ``compiled.py``: the search over the vectors, compiled (extra ``fast``)
 - ``field.py``: packed arithmetic modulo 2^61 - 1
 - ``causality.py``: what remains testable by integrating alone, by differentiating alone
 - ``losses.py``: what remains of that when an equation leaves

@@ -140,6 +140,39 @@ def match(
     return equation_of, unknown_of
 
 
+def in_order(rows: Rows, n_unknowns: int, order: Sequence[int]) -> tuple[list[int], list[int]]:
+    """Return a maximum matching that uses the rows which come first, as far as they fit together.
+
+    Parameters
+    ----------
+    rows, n_unknowns
+        As for :func:`maximum_matching`.
+    order : sequence of int
+        Every row once, the most wanted first.
+
+    Returns
+    -------
+    equation_of_unknown, unknown_of_equation : list of int
+        -1 where unmatched. A row is unmatched only where it does not fit together with those that
+        come before it.
+
+    References
+    ----------
+    Edmonds and Fulkerson, J. Research NBS 69B, 1965 (transversal matroids, the greedy algorithm).
+
+    Examples
+    --------
+    >>> in_order(((0,), (0, 1), (1,)), 2, [2, 1, 0])
+    ([1, 2], [-1, 0, 1])
+    """
+    equation_of = [-1] * n_unknowns
+    unknown_of = [-1] * len(rows)
+    exhausted = [False] * n_unknowns
+    for root in order:
+        _augment(rows, root, equation_of, unknown_of, exhausted)
+    return equation_of, unknown_of
+
+
 def complete(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> None:
     """Turn a matching, given as two lists, into a maximum one, in place.
 
@@ -162,13 +195,20 @@ def complete(rows: Rows, equation_of: list[int], unknown_of: list[int]) -> None:
     """
     exhausted = [False] * len(equation_of)  # from there no free unknown is reached, now or later
     for root in [e for e, unknown in enumerate(unknown_of) if unknown < 0 and rows[e]]:
-        reached_from = _search(rows, root, equation_of, exhausted)
-        end = next(reversed(reached_from), -1)
-        if end >= 0 and equation_of[end] < 0:
-            _turn_over(end, reached_from, equation_of, unknown_of)
-        else:
-            for unknown in reached_from:
-                exhausted[unknown] = True
+        _augment(rows, root, equation_of, unknown_of, exhausted)
+
+
+def _augment(
+    rows: Rows, root: int, equation_of: list[int], unknown_of: list[int], exhausted: list[bool]
+) -> None:
+    """Match an unmatched equation too, if it fits together with those that are matched."""
+    reached_from = _search(rows, root, equation_of, exhausted)
+    end = next(reversed(reached_from), -1)
+    if end >= 0 and equation_of[end] < 0:
+        _turn_over(end, reached_from, equation_of, unknown_of)
+    else:
+        for unknown in reached_from:
+            exhausted[unknown] = True
 
 
 def _search(rows: Rows, root: int, equation_of: list[int], exhausted: list[bool]) -> dict[int, int]:
