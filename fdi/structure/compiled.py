@@ -569,7 +569,7 @@ def _go_on(state: _State, sets: Words, out: Words) -> int:
 
     Returns the number of sets. ``out`` has to hold the sets of one point, a row for each cell.
     """
-    nodes, points, place = state.nodes, state.points, state.place
+    nodes, place = state.nodes, state.place
     n_vectors = nodes.vectors.shape[1]
     n_words = out.shape[1]
     count, work = 0, 0

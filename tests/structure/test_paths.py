@@ -89,7 +89,7 @@ def test_the_first_sets_of_ten_thousand_equations_come_at_once():
         assert len(overdetermined(rows)) == len(rows) == 1 + len({u for r in rows for u in r})
 
 
-class Stop(Exception):
+class StoppedError(Exception):
     pass
 
 
@@ -100,14 +100,14 @@ def test_an_alarm_ends_a_search_within_a_tenth_of_a_second(compiled):
     list(mso_sets(dense(6, 2), compiled=compiled))  # load it
 
     def stop(*_):
-        raise Stop
+        raise StoppedError
 
     before = signal.signal(signal.SIGVTALRM, stop)
     try:
         for after in (0.02, 0.15, 0.4):
             start = time.process_time()
             signal.setitimer(signal.ITIMER_VIRTUAL, after)
-            with pytest.raises(Stop):
+            with pytest.raises(StoppedError):
                 list(mso_sets(model, compiled=compiled))
             assert time.process_time() - start < after + 0.1
     finally:
