@@ -192,14 +192,21 @@ def _completed(search: _Search, counts: Counts) -> tuple[list[_Cut], Counts | No
 def _reduced(search: _Search, counts: Counts) -> Counts:
     """Return a minimal choice within one that grants every wish: the dearest are left out first.
 
-    When time is up it may not be minimal.
+    Many are left out at once and only those that cannot go are found by halving.
     """
-    for k in sorted(range(len(counts)), key=lambda k: (-search.prices[k], -k)):
-        while counts[k] and not search.is_late():
-            smaller = (*counts[:k], counts[k] - 1, *counts[k + 1 :])
-            if refused_wish(search.extended(smaller), search.wanted):
-                break
-            counts = smaller
+    taken = [k for k, n in enumerate(counts) for _ in range(n)]
+    taken.sort(key=lambda k: (-search.prices[k], -k))
+    ranges = [(0, len(taken))]
+    while ranges:
+        first, last = ranges.pop()
+        smaller = list(counts)
+        for k in taken[first:last]:
+            smaller[k] -= 1
+        if refused_wish(search.extended(tuple(smaller)), search.wanted) is None:
+            counts = tuple(smaller)
+        elif last - first > 1:
+            middle = (first + last) // 2
+            ranges += [(middle, last), (first, middle)]
     return counts
 
 

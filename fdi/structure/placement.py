@@ -61,15 +61,17 @@ def add_sensors(
     ('e0', 'sensor of x1')
     """
     labels, rows, faults = list(model.equations), list(model.rows), list(model.faults)
+    taken = set(labels)
     failing = set(places_of(faulty, model.unknowns, U))
     for unknown in places_of(unknowns, model.unknowns, U):
         base = label = f"sensor of {model.unknowns[unknown]}"
         number = 2
-        while label in labels:
+        while label in taken:
             label, number = f"{base} {number}", number + 1
         if unknown in failing:
             faults.append(Fault(f"fault of {label}", (len(rows),)))
         labels.append(label)
+        taken.add(label)
         rows.append((unknown,))
     return replace(model, equations=tuple(labels), rows=tuple(rows), faults=tuple(faults))
 
