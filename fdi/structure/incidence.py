@@ -477,7 +477,7 @@ def places_of(values: Iterable[int | str], labels: Sequence[str], what: str) -> 
 
 
 def _indices(values: Iterable[Any], owner: str, name: str, what: str) -> tuple[int, ...]:
-    """Return indices ascending, each once; thousands of models are built where sensors are placed."""
+    """Return indices ascending, each once; fast, as placing sensors builds thousands of models."""
     try:
         return tuple(sorted(set(map(operator.index, values))))
     except TypeError:

@@ -242,8 +242,11 @@ def cheapest_sensors(
     standing = set(places_of(present, model.unknowns, U))
     failing = set(places_of(faulty, model.unknowns, U))
     base = add_sensors(model, present, standing & failing)
-    new = set(places_of(range(len(model.unknowns)) if candidates is None else candidates,
-                        model.unknowns, U))
+    new = set(
+        places_of(
+            range(len(model.unknowns)) if candidates is None else candidates, model.unknowns, U
+        )
+    )
     problem = _problem(base, new, goal, costs, failing - (standing - new))
     found = cheapest_additions(
         problem.extended, problem.most, problem.prices, problem.wanted, seconds=seconds

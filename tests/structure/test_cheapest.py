@@ -1,4 +1,4 @@
-"""The cheapest set of sensors is the cheapest of all minimal ones, and there is always an answer."""
+"""The cheapest set of sensors is the cheapest of all minimal ones; there is always an answer."""
 
 import math
 import time
