@@ -44,8 +44,8 @@ def within(seconds: int, call: Callable[[], Any]) -> Any:
     def late(*_: object) -> None:
         raise LateError
 
-    signal.signal(signal.SIGVTALRM, late)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             return call()
@@ -58,7 +58,7 @@ def within(seconds: int, call: Callable[[], Any]) -> Any:
     ):  # what the toolbox raises: see the docs
         return None
     finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
 
 
 def toolbox_size(path: Path) -> int | None:

@@ -33,8 +33,9 @@ PATIENCE = 0.7
 LARGE = 600
 """Rows up to which Python searches by vectors: their basis takes 0.5 s for 600 rows and 5 s for
 1,200, the first set by paths 0.02 s; sets by vectors come two to five times faster."""
-ROOM = 400 << 20
-"""Bytes that vectors may take; with the interpreter it is 500 MB."""
+ROOM = 100 << 20
+"""Bytes that vectors may take. At 4,000 equations and redundancy 120 they would take 400 MB, and
+find 30 sets in 5 s where paths, which see when a branch is dead, find 200."""
 
 
 def search(

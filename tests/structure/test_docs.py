@@ -87,7 +87,7 @@ def test_the_table_of_offers_names_what_is_there():
 
 
 def test_the_table_of_offers_is_fair_to_the_toolbox():
-    """What is said of its release is there; what is said of other editions is not in the release."""
+    """What is said of its release is there; what is said of other editions is not."""
     pytest.importorskip("faultdiagnosistoolbox")
     for _, theirs, _ in ROWS:
         for part in theirs.split(";"):
