@@ -95,7 +95,7 @@ def minimal_sets(rows: Rows, sets: Sequence[int], may_go: Sequence[bool]) -> Ite
     for removed in range(levels):
         branches.append(_first_path(graph, (equation_of, unknown_of), left_over, removed, free))
     sources = left_over[levels:]
-    alive = reached_from(own, equation_of, sources)
+    alive = _reached_from(own, equation_of, sources)
     root = _Node(equation_of, unknown_of, sources, alive, free.intersection(alive), set())
     yield from _sets_of_plane(own, sets, root)
     while branches:
@@ -126,8 +126,8 @@ def _first_path(
     """Yield the later children of a node of the first path; the first was searched before."""
     rows, (equation_of, unknown_of) = graph.rows, matching
     sources = left_over[removed:]
-    alive = reached_from(rows, equation_of, sources)
-    gone = set(alive).difference(reached_from(rows, equation_of, sources[1:]))
+    alive = _reached_from(rows, equation_of, sources)
+    gone = set(alive).difference(_reached_from(rows, equation_of, sources[1:]))
     allowed = free.intersection(alive)
     node = _Node(
         equation_of, unknown_of, sources, alive, allowed - gone, allowed.intersection(gone)
@@ -140,8 +140,8 @@ def _children(graph: _Graph, node: _Node) -> Iterator[_Node]:
     rows, inside = graph.rows, set(node.alive)
     allowed, forbidden = set(node.allowed), set(node.forbidden)
     while len(allowed) >= len(node.sources) - 1 and _hang_together(graph, inside, forbidden):
-        equation_of, unknown_of, sources = without(rows, node, min(allowed))
-        alive = reached_from(rows, equation_of, sources)
+        equation_of, unknown_of, sources = _without(rows, node, min(allowed))
+        alive = _reached_from(rows, equation_of, sources)
         tried = allowed.difference(alive)
         allowed -= tried
         if forbidden.issubset(alive) and _hang_together(graph, set(alive), forbidden):
@@ -174,7 +174,7 @@ def _hang_together(graph: _Graph, alive: set[int], some: set[int]) -> bool:
     return False
 
 
-def without(rows: Rows, node: _Node, row: int) -> tuple[list[int], list[int], list[int]]:
+def _without(rows: Rows, node: _Node, row: int) -> tuple[list[int], list[int], list[int]]:
     """Return matching and sources when a row that is alive is removed."""
     if row in node.sources:
         return node.equation_of, node.unknown_of, [s for s in node.sources if s != row]
@@ -199,7 +199,7 @@ def without(rows: Rows, node: _Node, row: int) -> tuple[list[int], list[int], li
     return equation_of, unknown_of, [s for s in node.sources if s != row]
 
 
-def reached_from(rows: Rows, equation_of: list[int], sources: list[int]) -> list[int]:
+def _reached_from(rows: Rows, equation_of: list[int], sources: list[int]) -> list[int]:
     """Return the rows that alternating paths reach from some unmatched ones, in order of reach."""
     order = list(sources)
     seen = set(order)
@@ -226,8 +226,8 @@ def _sets_of_plane(rows: Rows, sets: Sequence[int], node: _Node) -> Iterator[lis
     for c, kind in enumerate(kinds):
         if kind != ALLOWED:
             continue
-        equation_of, unknown_of, sources = without(rows, node, points[c][0])
-        order = reached_from(rows, equation_of, sources)
+        equation_of, unknown_of, sources = _without(rows, node, points[c][0])
+        order = _reached_from(rows, equation_of, sources)
         lines: dict[int, int] = {}  # by their first later point that may be removed
         for line in _classes(rows, equation_of, unknown_of, order):
             others = sorted({point_of[row] for row in line})
