@@ -7,11 +7,22 @@ matching, equivalence classes and isolability together; for a small bank of test
 that structure allows; for the same where 2 % of the entries cannot be solved along, every test
 needs a valid matching, and some pairs may remain undecided. Each bank is checked: its tests
 together isolate what the selection says and, where structure decides, what structure promises.
+
+    .venv/bin/python benchmarks/structure_scale.py --stream
+
+The matching beside those of scipy and networkx, and the stream of MSO sets: CPU seconds until the
+first set and for the first 1,000, the sets of 5 s, how late an alarm is served, and the most memory
+of the process. Each model has a process of its own; compiled code is loaded before the clock starts
+but not used where it would take too much memory (``fdi/structure/search.py``).
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import resource
+import signal
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -21,13 +32,16 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from random_models import random_model
 
-from fdi.structure import Model, Rules, classes, isolability, select_tests
+from fdi.structure import Model, Rules, classes, isolability, mso_sets, select_tests
 from fdi.structure.matching import match
 
 T = TypeVar("T")
 SIZES = ((125, 4, 19), (250, 8, 38), (500, 15, 75), (1000, 30, 150), (2000, 60, 300))
 LARGEST = (5000, 150, 500)
 BOUNDS = {2000: (0.1, 5.0), 5000: (None, 30.0)}  # s: structure, bank
+STREAMED = ((1000, 30, 150), (4000, 120, 300), (10_000, 300, 500), (50_000, 1500, 500))
+FIRST_SET = {10_000: (2.0, 500.0)}  # s, MB
+STOP_S = 0.1
 BAND = 40
 NONSOLVABLE = 0.02
 RUNS = 3
@@ -91,6 +105,83 @@ def measure(equations: int, redundancy: int, faults: int, band: int | None) -> R
     )
 
 
+class AlarmError(Exception):
+    """The alarm was served."""
+
+
+def until_alarm(model: Model, after: float) -> tuple[int, float]:
+    """Return how many sets come until a CPU alarm, and how many CPU seconds late that is served."""
+
+    def served(*_: object) -> None:
+        raise AlarmError
+
+    count = 0
+    signal.signal(signal.SIGPROF, served)
+    start = time.process_time()
+    signal.setitimer(signal.ITIMER_PROF, after)
+    try:
+        for _ in mso_sets(model):
+            count += 1
+    except AlarmError:
+        pass
+    return count, time.process_time() - start - after
+
+
+def matchings(model: Model) -> dict[str, float]:
+    """Return the CPU seconds of a maximum matching by fdi, scipy and networkx, graphs given."""
+    import networkx as nx
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
+    rows, n = model.rows, len(model.unknowns)
+    where = [(e, u) for e, row in enumerate(rows) for u in row]
+    places = tuple(np.array(where).T)
+    sparse = csr_matrix((np.ones(len(where), dtype=np.int8), places), shape=(len(rows), n))
+    graph = nx.Graph((("e", e), ("u", u)) for e, u in where)
+    top = [("e", e) for e, row in enumerate(rows) if row]
+    return {
+        "fdi": cpu(lambda: match(rows, n), RUNS)[0],
+        "scipy": cpu(lambda: maximum_bipartite_matching(sparse, perm_type="column"), RUNS)[0],
+        "networkx": cpu(lambda: nx.bipartite.hopcroft_karp_matching(graph, top))[0],
+    }
+
+
+def stream(equations: int, redundancy: int, faults: int, band: int) -> dict[str, float]:
+    """Return the figures of the stream of one model, in a process that has done nothing else."""
+    model = random_model(equations, redundancy, faults, band=band or None)
+    list(mso_sets(Model.from_matrix([[1]] * 4), compiled=True))  # load it
+    start = time.process_time()
+    next(mso_sets(model))
+    first = time.process_time() - start
+    late = 0.0
+    for after in (0.05, 0.7, 5.0):
+        count, lateness = until_alarm(model, after)
+        late = max(late, lateness)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return {"first": first, "sets": count, "late": late, "MB": memory, **matchings(model)}
+
+
+def print_streams() -> bool:
+    """Print a line for each model, and return whether every bound is kept."""
+    print("model    equations  first set s  sets in 5 s  stops after s    MB", end="")
+    print("  matching: fdi s   scipy  networkx")
+    met = True
+    for size in STREAMED:
+        for band in (0, BAND):
+            command = [sys.executable, __file__, "--one", json.dumps([*size, band])]
+            told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+            row = json.loads(told)
+            print(
+                f"{'banded' if band else 'uniform':8} {size[0]:9} {row['first']:12.3f} "
+                f"{row['sets']:12} {row['late']:14.3f} {row['MB']:5.0f} {row['fdi']:16.4f} "
+                f"{row['scipy']:7.4f} {row['networkx']:9.3f}",
+                flush=True,
+            )
+            seconds, megabytes = FIRST_SET.get(size[0], (1e9, 1e9))
+            met &= row["first"] < seconds and row["MB"] < megabytes and row["late"] < STOP_S
+    return met
+
+
 def figure(rows: list[Row], path: Path) -> None:
     import matplotlib as mpl
 
@@ -121,7 +212,14 @@ def main() -> int:
     """Print the figures; return 1 where a bound is missed."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--figure", type=Path)
+    parser.add_argument("--stream", action="store_true")
+    parser.add_argument("--one", type=json.loads, help=argparse.SUPPRESS)
     options = parser.parse_args()
+    if options.one:
+        print(json.dumps(stream(*options.one)))
+        return 0
+    if options.stream:
+        return 0 if print_streams() else 1
     head = ("model", "equations", "structure s", "bank s", "tests", "valid bank s", "tests")
     print("{:8} {:>9} {:>11} {:>8} {:>6} {:>12} {:>6} undecided".format(*head))
     rows, met = [], True

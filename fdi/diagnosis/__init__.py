@@ -20,6 +20,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``agreement.py``: whether other methods accuse the same component
 - ``explain.py``: the evidence for a finding in words
 - ``clearing.py``: who is ruled out, and how small a fault would have shown
+- ``hitting.py``: which sets of faults explain all alarms, by structure alone
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
 - ``departed.py``: whether the flight is unlike those that its policy was learned from
 - ``ending.py``: what was first where a flight ended badly
@@ -27,6 +28,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 """
 
 from fdi.diagnosis.answer import diagnose
+from fdi.diagnosis.hitting import diagnoses, minimal_hitting_sets
 from fdi.diagnosis.values import (
     Agreement,
     Consequence,
@@ -65,5 +67,7 @@ __all__ = [
     "Term",
     "WouldShow",
     "diagnose",
+    "diagnoses",
+    "minimal_hitting_sets",
     "runs",
 ]

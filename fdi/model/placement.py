@@ -3,8 +3,8 @@
 In: a model and, where there is one, a log. Out: for every message that the model can use and the
 log lacks, what it would add about the faults that this telemetry brings, and the smallest sets of
 such messages that add all that can be added. Without a log nothing is lacking; then it is what a
-further sensor of each variable would add. By structure alone: whether a test can be implemented is
-not asked.
+further sensor of each variable would add, and a smallest set of sensors. By structure alone:
+whether a test can be implemented is not asked.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ from fdi.model.airframe import Airframe
 from fdi.model.hints import is_lacking, recorded_as, setting_of
 from fdi.structure import Model
 from fdi.structure.additions import Counts, Reach, gained, minimal_additions, reach
-from fdi.structure.placement import sensor_gains
+from fdi.structure.cheapest import cheapest_additions
+from fdi.structure.placement import cheapest_sensors, sensor_gains
 from fdi.telemetry import Log
 from fdi.telemetry.catalogue import recorded_message
 
 LIMIT = 2000
 """Choices of messages that are looked at before the smallest sets are given up."""
+SECONDS = 60.0
+"""For the proof that a set is a smallest one; the shipped models take less than one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +67,9 @@ class Placement:
     gains : tuple of Gain
         What each adds alone, the most useful first; those that add nothing are missing.
     sets : tuple of tuple of str, or None
-        Minimal sets of messages that together add all that all of them add, smallest first; an
-        empty set when nothing can be added. None for sensors, or where there are too many.
+        Minimal sets that together add all that all candidates add, smallest first; an empty set
+        when nothing can be added. Of sensors, and of messages where there are too many sets, one of
+        the smallest. None where it was not found in time.
     """
 
     kind: Literal["message", "sensor"]
@@ -88,7 +92,9 @@ def place(airframe: Airframe, log: Log | None) -> Placement:
 def _sensors(airframe: Airframe) -> Placement:
     model = airframe.observe().structure(trusting=False)
     gains = tuple(Gain(model.unknowns[u], *gain) for u, gain in sensor_gains(model).items())
-    return Placement("sensor", model.unknowns, _ordered(gains), None)
+    found = cheapest_sensors(model, seconds=SECONDS)
+    sets = tuple(tuple(model.unknowns[u] for u in sensors) for sensors in found.sets[:1])
+    return Placement("sensor", model.unknowns, _ordered(gains), sets if found.proven else None)
 
 
 def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
@@ -119,7 +125,10 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
     wanted = Reach(before.names, best.seen[own], best.told[np.ix_(own, own)])
     try:
         found = tuple(minimal_additions(extended, most, wanted, LIMIT))
-    except UsageError:
-        return Placement("message", tuple(names.values()), gains, None)
+    except UsageError:  # too many: one of the smallest
+        one = cheapest_additions(extended, most, (1.0,) * len(most), wanted, seconds=SECONDS)
+        if not one.proven:
+            return Placement("message", tuple(names.values()), gains, None)
+        found = one.choices[:1]
     sets = (tuple(s for s, n in zip(names.values(), counts, strict=True) if n) for counts in found)
     return Placement("message", tuple(names.values()), gains, tuple(sets))

@@ -182,7 +182,9 @@ def _placement(found: ModelStudy) -> Iterator[RenderableType]:
     if placement.sets is not None and len(placement.candidates) > 1:
         ways = " or ".join(" with ".join(map(clean, names)) for names in placement.sets[:MOST_SETS])
         more = f" or {len(placement.sets) - MOST_SETS} more" * (len(placement.sets) > MOST_SETS)
-        yield text(f"  all that the {len(placement.candidates)} absent messages add: {ways}{more}")
+        n = len(placement.candidates)
+        whole = f"the {n} absent messages" if placement.kind == "message" else f"{n} such sensors"
+        yield text(f"  all that {whole} add: {ways}{more}")
 
 
 def _not_implementable(found: ModelStudy) -> Iterator[RenderableType]:

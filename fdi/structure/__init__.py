@@ -17,7 +17,8 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``search.py``: what searches a graph component for them: Python or compiled code
 - ``dual.py``: the vectors in which removing an equation is a projection
 - ``flats.py``: the search over these vectors, in Python
-- ``compiled.py``: the same search, compiled (extra ``fast``)
+- ``paths.py``: the same search without vectors, for large models
+- ``compiled.py``: the search over the vectors, compiled (extra ``fast``)
 - ``field.py``: packed arithmetic modulo 2^61 - 1
 - ``causality.py``: what remains testable by integrating alone, by differentiating alone
 - ``losses.py``: what remains of that when an equation leaves
@@ -26,6 +27,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``signatures.py``: irreducible signatures, for faults that occur together
 - ``placement.py``: minimal sets of added sensors
 - ``additions.py``: minimal sets of whatever can be added
+- ``cheapest.py``: the cheapest of them, by an integer program
 - ``explain.py``: why faults cannot be told apart, and what would separate them
 - ``computation.py``: what can be computed from what, where not every entry can be solved along
 - ``sequence.py``, ``loops.py``: valid sequences of a set, and what stands against the others
@@ -41,7 +43,7 @@ from fdi.structure.decomposition import decompose, graph_components
 from fdi.structure.equivalence import classes
 from fdi.structure.incidence import Fault, Model, bitset, members, submodel
 from fdi.structure.isolability import detectable, isolability
-from fdi.structure.placement import place_sensors
+from fdi.structure.placement import cheapest_sensors, place_sensors
 from fdi.structure.reference import load_reference
 from fdi.structure.sample import sample_sets
 from fdi.structure.selection import find_test, select_tests
@@ -52,6 +54,7 @@ __all__ = [
     "Model",
     "Rules",
     "bitset",
+    "cheapest_sensors",
     "classes",
     "count_bound",
     "decompose",

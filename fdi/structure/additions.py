@@ -162,7 +162,7 @@ def minimal_additions(
     ...                        reach(double)))
     [(0, 1), (1, 0)]
     """
-    if _refused(extended(most), wanted):
+    if refused_wish(extended(most), wanted):
         return
     start = (0,) * len(most)
     todo, known = [(0, start)], {start}
@@ -202,21 +202,83 @@ def _falling_short(
     for wish, largest in short:
         if names.issuperset(filter(None, wish)) and _is_part(counts, largest):
             return largest
-    refused = _refused(model, wanted)
+    refused = refused_wish(model, wanted)
     if refused is None:
         return None
-    for k, limit in enumerate(most):
-        while counts[k] < limit:
-            larger = (*counts[:k], counts[k] + 1, *counts[k + 1 :])
-            if _grants(extended(larger), refused):
-                break
+    largest = largest_without(extended, counts, most, refused)
+    short.append((refused, largest))
+    return largest
+
+
+def largest_without(
+    extended: Callable[[Counts], Model], counts: Counts, most: Counts, wish: Wish
+) -> Counts:
+    """Return a largest choice around one that does not grant a wish, so that it does not either.
+
+    Parameters
+    ----------
+    extended, most
+        As for :func:`minimal_additions`.
+    counts : tuple of int
+        A choice that does not grant the wish.
+    wish : (str, str)
+
+    Returns
+    -------
+    tuple of int
+        Additions are taken in their order as long as the wish is not granted. Many are tried at
+        once: for k that stand out of n it takes k * log(n) tests.
+
+    References
+    ----------
+    Junker, "QuickXplain", AAAI 2004 (halving).
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1]], faults={"f": 0})
+    >>> double = Model.from_matrix([[1], [1]], faults={"f": 0})
+    >>> largest_without(lambda counts: double if counts[0] else model, (0, 0), (1, 1), ("f", ""))
+    (0, 1)
+    """
+    ranges = [(0, len(most))]
+    while ranges:
+        first, last = ranges.pop()
+        larger = (*counts[:first], *most[first:last], *counts[last:])
+        if larger == counts or not _grants(extended(larger), wish):
             counts = larger
-    short.append((refused, counts))
+        elif last - first > 1:
+            middle = (first + last) // 2
+            ranges += [(middle, last), (first, middle)]
+        elif most[first] - counts[first] > 1:
+            larger = (*counts[:first], counts[first] + 1, *counts[last:])
+            if not _grants(extended(larger), wish):
+                counts = larger
+                ranges.append((first, last))
     return counts
 
 
-def _refused(model: Model, wanted: Reach) -> Wish | None:
-    """Return a wish about faults of the model that is not granted."""
+def refused_wish(model: Model, wanted: Reach) -> Wish | None:
+    """Return a wish about faults of the model that is not granted, or None.
+
+    Parameters
+    ----------
+    model : Model
+    wanted : Reach
+
+    Returns
+    -------
+    (str, str) or None
+
+    References
+    ----------
+    As :func:`reach`.
+
+    Examples
+    --------
+    >>> refused_wish(Model.from_matrix([[1]], faults={"f": 0}),
+    ...              reach(Model.from_matrix([[1], [1]], faults={"f": 0})))
+    ('f', '')
+    """
     have = reach(model)
     own = [i for i, name in enumerate(have.names) if name in wanted.names]
     names = [have.names[i] for i in own]

@@ -6,6 +6,10 @@ is the same too: random entries modulo 2^61 - 1, a basis of the left null space,
 projection, and lines through points of a plane where redundancy 3 is left. Only the basis differs,
 and nothing that is returned depends on it.
 
+Compiled code cannot be interrupted, so it works in portions of about ``WORK`` multiplications, some
+hundredths of a second, and hands over what it has: basis, descent and planes can all be left in the
+middle. How much memory it takes is known beforehand, see :func:`fdi.structure.search.room`.
+
 Needs numba (extra ``fast``). It compiles on the first use after an installation, which takes some
 seconds, and keeps the machine code beside this file; a later process loads it in about 0.7 s. So
 this module is imported by ``search.py`` alone, inside a function, when that pays.
@@ -27,7 +31,9 @@ from numpy.typing import NDArray
 from fdi.structure.field import P as PRIME
 from fdi.structure.incidence import Rows
 
-BUFFER = 1 << 14  # sets found before they are handed over, so that a caller can stop
+BUFFER = 1 << 14  # sets found at most before they are handed over
+WORK = 10_000_000  # multiplications in one go: about 0.03 s, so that a caller can stop
+BLOCK = 64  # points of a plane whose slopes are computed together
 PASSIVE, ALLOWED, FORBIDDEN = 0, 1, 2  # kinds of cells; where cells are merged the highest holds
 
 Number = np.uint64  # modulo P
@@ -70,11 +76,11 @@ class _Points(NamedTuple):
 
 
 class _Pairs(NamedTuple):
-    """Are the slopes between two points, the later one being the first index."""
+    """Are the slopes between any point, the first index, and those of a block."""
 
-    slopes: Any  # (m, n_chosen) Numbers
+    slopes: Any  # (m, BLOCK) Numbers
     differences: Any
-    running: Numbers  # (n_chosen,)
+    running: Numbers  # (BLOCK,)
     prefixes: Numbers
 
 
@@ -100,7 +106,13 @@ class _Table(NamedTuple):
 
 
 class _State(NamedTuple):
-    depth: Integers  # (1,) -1 at the end
+    """Is a search that was interrupted: where, and what it knows.
+
+    ``place`` is the depth (-1 at the end); the next point of the plane there (-1 when it is not yet
+    laid out); its points, those that may be removed, and those that may go.
+    """
+
+    place: Integers  # (5,)
     nodes: _Nodes
     points: _Points
     pairs: _Pairs
@@ -141,9 +153,20 @@ def minimal_sets(rows: Rows, sets: Sequence[int], may_go: Sequence[bool]) -> Ite
     n_bytes = 8 * -(-max(sets).bit_length() // 64)
     packed = b"".join(some.to_bytes(n_bytes, "little") for some in sets)
     words = np.frombuffer(packed, dtype="<u8").astype(np.uint64).reshape(-1, n_bytes // 8)
-    state = _begin(_null_space(starts, columns, len(order)), may_go, words.shape[1])
-    out = np.empty((max(BUFFER, len(rows) ** 2), words.shape[1]), dtype=np.uint64)
-    while state.depth[0] >= 0:
+    m, n = len(rows), len(order)
+    table, left = _entries(starts, columns, n), np.ones(m, dtype=np.bool_)
+    column = 0
+    while column < n:
+        column = _eliminate(table, left, column, n)
+        yield []  # gives the caller a chance to stop
+    basis = np.zeros((m - n, m), dtype=np.uint64)
+    for r in range(m - n):
+        _mix(table, left, n, r, basis)
+        yield []
+    del table
+    state = _begin(basis, may_go, words.shape[1])
+    out = np.empty((max(BUFFER, m), words.shape[1]), dtype=np.uint64)
+    while state.place[0] >= 0:
         yield _integers(out[: _go_on(state, words, out)])
 
 
@@ -192,7 +215,7 @@ def _begin(basis: Any, may_go: Sequence[bool], n_words: int) -> _State:
         numbers[2],
         numbers[3],
     )
-    between, along = np.empty((2, m, n_chosen), np.uint64), np.empty((2, n_chosen), np.uint64)
+    between, along = np.empty((2, m, BLOCK), np.uint64), np.empty((2, BLOCK), np.uint64)
     pairs = _Pairs(between[0], between[1], along[0], along[1])
     ends = np.empty((2, n_chosen), dtype=np.int64)
     covered = np.empty((n_chosen, n_chosen), dtype=np.bool_)
@@ -204,7 +227,8 @@ def _begin(basis: Any, may_go: Sequence[bool], n_words: int) -> _State:
         np.empty(slots, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
     )
-    return _State(np.zeros(1, dtype=np.int64), nodes, points, pairs, lines, table)
+    place = np.array([0, -1, 0, 0, 0], dtype=np.int64)
+    return _State(place, nodes, points, pairs, lines, table)
 
 
 @intrinsic
@@ -266,11 +290,10 @@ def _entry(counter: Number) -> Number:
 
 
 @njit(cache=True)
-def _null_space(starts: Integers, columns: Integers, n: int) -> Any:
-    """Return a generic basis, (m - n, m), of the left null space of random entries in m rows.
+def _entries(starts: Integers, columns: Integers, n: int) -> Any:
+    """Return m rows, (m, n + m), of random entries and of what each row is combined from.
 
-    Row i has entries in ``columns[starts[i] : starts[i + 1]]``. Columns are eliminated in their
-    order, each by the shortest row; what a row was combined from stands in m more columns.
+    Row i has entries in ``columns[starts[i] : starts[i + 1]]`` and a one in column n + i.
     """
     m = len(starts) - 1
     table = np.zeros((m, n + m), dtype=np.uint64)
@@ -280,34 +303,56 @@ def _null_space(starts: Integers, columns: Integers, n: int) -> Any:
             table[i, columns[k]] = _entry(counter)
             counter += ONE
         table[i, n + i] = ONE
-    left = np.ones(m, dtype=np.bool_)
-    for column in range(n):
-        pivot, fewest = -1, n + m + 1
+    return table
+
+
+@njit(cache=True)
+def _eliminate(table: Any, left: Any, first: int, n: int) -> int:
+    """Eliminate columns in their order, each by the shortest row that is left.
+
+    Returns the column that comes next, n at the end.
+    """
+    m, width, work = len(left), table.shape[1], 0
+    for column in range(first, n):
+        pivot, fewest = -1, width + 1
         for i in range(m):
             if left[i] and table[i, column] != ZERO:
                 count = 0
-                for k in range(column, n + m):
+                for k in range(column, width):
                     count += table[i, k] != ZERO
                 if count < fewest:
                     pivot, fewest = i, count
         left[pivot] = False
         scale = _inverse(table[pivot, column])
+        work += m
         for i in range(m):
             if left[i] and table[i, column] != ZERO:
+                work += width - column + fewest
                 factor = _times(table[i, column], scale)
-                for k in range(column, n + m):
+                for k in range(column, width):
                     if table[pivot, k] != ZERO:
                         table[i, k] = _minus(table[i, k], _times(factor, table[pivot, k]))
-    basis = np.zeros((m - n, m), dtype=np.uint64)
-    for r in range(m - n):
-        for i in range(m):
-            if left[i]:
-                factor = _entry(counter)
-                counter += ONE
-                for k in range(m):
+        if work > WORK:
+            return column + 1
+    return n
+
+
+@njit(cache=True)
+def _mix(table: Any, left: Any, n: int, r: int, basis: Any) -> None:
+    """Write a generic vector of the left null space, the r-th: a random mixture of what is left.
+
+    The rows that are left have no entry in the first n columns any more.
+    """
+    m = len(left)
+    counter = np.uint64(1 + r) << np.uint64(32)  # beyond those of the entries
+    for i in range(m):
+        if left[i]:
+            factor = _entry(counter)
+            counter += ONE
+            for k in range(m):
+                if table[i, n + k] != ZERO:
                     value = basis[r, k] + _times(factor, table[i, n + k])
                     basis[r, k] = value if value < P else value - P
-    return basis
 
 
 @njit
@@ -414,41 +459,45 @@ def _place(
 
 
 @njit
-def _connect(shape: tuple[int, int, int], points: _Points, pairs: _Pairs) -> None:
-    """Write the slopes from every point that may be removed to every later point.
+def _connect(first: int, shape: tuple[int, int, int], points: _Points, pairs: _Pairs) -> None:
+    """Write the slopes from a block of points that may be removed to every later point.
 
     One inversion for all, in chains that do not wait for one another.
     """
     n, n_chosen, _ = shape
+    size = min(BLOCK, n_chosen - first)
     x, y, slopes, running = points.x, points.y, pairs.slopes, pairs.running
-    running[:n_chosen] = ONE
-    for i in range(1, n):
-        for c in range(min(i, n_chosen)):
-            difference = _minus(y[i], y[c])
+    running[:size] = ONE
+    for i in range(first + 1, n):
+        for c in range(min(i - first, size)):
+            difference = _minus(y[i], y[first + c])
             pairs.differences[i, c] = difference
-            slopes[i, c] = _times(_minus(x[i], x[c]), running[c])
+            slopes[i, c] = _times(_minus(x[i], x[first + c]), running[c])
             running[c] = _times(running[c], difference)
-    _invert(running, n_chosen, pairs.prefixes)
-    for i in range(n - 1, 0, -1):
-        for c in range(min(i, n_chosen)):
+    _invert(running, size, pairs.prefixes)
+    for i in range(n - 1, first, -1):
+        for c in range(min(i - first, size)):
             slopes[i, c] = _times(slopes[i, c], running[c])
             running[c] = _times(running[c], pairs.differences[i, c])
 
 
 @njit
-def _draw(c: int, shape: tuple[int, int, int], state: _State, out: Words, count: int) -> int:
-    """Write what is left without each new line through point c; return the new count."""
+def _draw(
+    first: int, c: int, shape: tuple[int, int, int], state: _State, out: Words, count: int
+) -> int:
+    """Write what is left without each new line through point c of a block; return the new count."""
     n, n_chosen, n_free = shape
     points, lines, table, slopes = state.points, state.lines, state.table, state.pairs.slopes
+    k_c = c - first  # its place in the block
     n_words = out.shape[1]
     table.clock[0] += 1
     n_lines = 0
     for i in range(c + 1, n_chosen):
         if lines.covered[c, i]:
             continue
-        slot = _slot(slopes[i, c], table)
+        slot = _slot(slopes[i, k_c], table)
         if table.stamps[slot] != table.clock[0]:
-            _fill(slot, slopes[i, c], n_lines, table)
+            _fill(slot, slopes[i, k_c], n_lines, table)
             line = n_lines
             n_lines += 1
             lines.previous[i] = -1
@@ -466,7 +515,7 @@ def _draw(c: int, shape: tuple[int, int, int], state: _State, out: Words, count:
     if n_lines == 0:
         return count
     for i in range(n_chosen, n):
-        slot = _slot(slopes[i, c], table)
+        slot = _slot(slopes[i, k_c], table)
         if table.stamps[slot] == table.clock[0]:
             line = table.values[slot]
             if i >= n_free:
@@ -481,30 +530,66 @@ def _draw(c: int, shape: tuple[int, int, int], state: _State, out: Words, count:
     return count
 
 
+@njit
+def _lay_out(state: _State, sets: Words) -> None:
+    """Begin with the plane of the node where the search is."""
+    place = state.place
+    shape = _place(state.nodes, place[0], sets, state.points, state.table)
+    place[1], place[2], place[3], place[4] = 0, shape[0], shape[1], shape[2]
+    state.lines.covered[: shape[1], : shape[1]] = False
+
+
+@njit
+def _draw_some(state: _State, out: Words, count: int) -> tuple[int, int]:
+    """Write the sets of the next points of a plane, a block at most, while ``out`` has room.
+
+    Returns the new count and how much was done.
+    """
+    place, n_words, work = state.place, out.shape[1], 0
+    shape = (place[2], place[3], place[4])
+    c, n_chosen = place[1], shape[1]
+    first = c - c % BLOCK
+    if count + n_chosen - c > len(out):
+        return count, 0
+    if c == first:
+        _connect(first, shape, state.points, state.pairs)
+        work += 8 * shape[0] * min(BLOCK, n_chosen - first)
+    while c < min(first + BLOCK, n_chosen - 1) and count + n_chosen - c <= len(out):
+        before = count
+        count = _draw(first, c, shape, state, out, count)
+        work += shape[0] + n_words * (count - before + 1)
+        c += 1
+    place[1] = c
+    return count, work
+
+
 @njit(cache=True)
 def _go_on(state: _State, sets: Words, out: Words) -> int:
-    """Go on with a search until it ends or ``out`` may overflow; return the number of sets.
+    """Go on with a search until it ends, ``out`` may overflow or enough was done.
 
-    ``out`` has to hold the sets of one node, half the square of the number of cells.
+    Returns the number of sets. ``out`` has to hold the sets of one point, a row for each cell.
     """
-    nodes, points = state.nodes, state.points
+    nodes, place = state.nodes, state.place
     n_vectors = nodes.vectors.shape[1]
-    depth, count = state.depth[0], 0
-    while depth >= 0:
-        allowed = nodes.allowed[depth]
-        if allowed < n_vectors - depth - 1:
-            depth -= 1
+    n_words = out.shape[1]
+    count, work = 0, 0
+    while place[0] >= 0 and work < WORK:
+        depth = place[0]
+        if place[1] < 0 and nodes.allowed[depth] < n_vectors - depth - 1:
+            place[0] -= 1
         elif n_vectors - depth > 3:
+            work += nodes.sizes[depth] * (n_vectors - depth)
             if _child(nodes, depth):
-                depth += 1
+                place[0] += 1
+        elif place[1] < 0:
+            work += nodes.sizes[depth] * n_words
+            _lay_out(state, sets)
+        elif place[1] >= place[3] - 1:
+            place[0] -= 1
+            place[1] = -1
         else:
-            if count + allowed * (allowed - 1) // 2 > len(out):
+            count, done = _draw_some(state, out, count)
+            if not done:
                 break
-            shape = _place(nodes, depth, sets, points, state.table)
-            _connect(shape, points, state.pairs)
-            state.lines.covered[:] = False
-            for c in range(shape[1] - 1):
-                count = _draw(c, shape, state, out, count)
-            depth -= 1
-    state.depth[0] = depth
+            work += done
     return count

@@ -107,29 +107,28 @@ class Model:
         n = len(self.unknowns)
         rows = []
         for label, row in zip(self.equations, self.rows, strict=True):
-            unknowns = {_integer(u, f"equation {label!r}: unknown index") for u in row}
-            for unknown in unknowns:
-                if not 0 <= unknown < n:
-                    place = f"is not in 0..{n - 1}" if n else ", but no unknowns"
-                    space = " " if n else ""
-                    raise ModelError(f"equation {label!r}: unknown index {unknown}{space}{place}")
-            rows.append(tuple(sorted(unknowns)))
+            unknowns = _indices(row, "equation", label, "unknown")
+            if unknowns and not (unknowns[0] >= 0 and unknowns[-1] < n):
+                wrong = next(unknown for unknown in unknowns if not 0 <= unknown < n)
+                place = f" is not in 0..{n - 1}" if n else ", but no unknowns"
+                raise ModelError(f"equation {label!r}: unknown index {wrong}{place}")
+            rows.append(unknowns)
         # A frozen value normalises its own input here once; nobody writes to it afterwards.
         object.__setattr__(self, "rows", tuple(rows))
         object.__setattr__(self, "faults", tuple(self._checked(fault) for fault in self.faults))
         self._check_edges()
 
     def _checked(self, fault: Fault) -> Fault:
-        what = f"fault {fault.name!r}: equation index"
-        equations = {_integer(e, what) for e in fault.equations}
+        equations = _indices(fault.equations, "fault", fault.name, "equation")
         if not equations:
             raise ModelError(f"fault {fault.name!r} enters no equation")
         for equation in equations:
             if not 0 <= equation < len(self.equations):
                 raise ModelError(
-                    f"{what} {equation} of {len(self.equations)} equations does not exist"
+                    f"fault {fault.name!r}: equation index {equation} of {len(self.equations)} "
+                    f"equations does not exist"
                 )
-        return Fault(fault.name, tuple(sorted(equations)))
+        return Fault(fault.name, equations)
 
     def _check_edges(self) -> None:
         marked = [edge[:2] for edge in self.derivative]
@@ -477,14 +476,18 @@ def places_of(values: Iterable[int | str], labels: Sequence[str], what: str) -> 
     return [place_of(value, labels, what) for value in values]
 
 
-def _integer(value: Any, what: str) -> int:
+def _indices(values: Iterable[Any], owner: str, name: str, what: str) -> tuple[int, ...]:
+    """Return indices ascending, each once; fast, as placing sensors builds thousands of models."""
     try:
-        return operator.index(value)
+        return tuple(sorted(set(map(operator.index, values))))
     except TypeError:
-        raise ModelError(f"{what} {value!r} is no integer") from None
+        wrong = next((v for v in values if not hasattr(v, "__index__")), values)
+        raise ModelError(f"{owner} {name!r}: {what} index {wrong!r} is no integer") from None
 
 
 def _require_unique(what: str, labels: tuple[str, ...]) -> None:
+    if len(set(labels)) == len(labels):
+        return
     seen: set[str] = set()
     for label in labels:
         if label in seen:

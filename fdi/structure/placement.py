@@ -1,21 +1,24 @@
 """Finds the smallest sets of added sensors with which faults can be detected or told apart.
 
 In: a model, the unknowns that a sensor could measure, what is wanted and, optionally, what each
-sensor costs and which of them may fail. Out: every minimal set of sensors that grants it. A new
-sensor is an equation of its own with one unknown, and with a fault of its own if it may fail.
+sensor costs and which of them may fail. Out: every minimal set of sensors that grants it, or, where
+these are too many, the cheapest with a proof that it is. A new sensor is an equation of its own
+with one unknown, and with a fault of its own if it may fail.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from numbers import Real
+from typing import NamedTuple
 
 import numpy as np
 
 from fdi.errors import UsageError
 from fdi.structure.additions import Counts, Reach, Wish, gained, minimal_additions, reach
+from fdi.structure.cheapest import cheapest_additions
 from fdi.structure.incidence import Fault, Model, place_of, places_of
 
 GOALS = ("detectability", "isolability")
@@ -58,15 +61,17 @@ def add_sensors(
     ('e0', 'sensor of x1')
     """
     labels, rows, faults = list(model.equations), list(model.rows), list(model.faults)
+    taken = set(labels)
     failing = set(places_of(faulty, model.unknowns, U))
     for unknown in places_of(unknowns, model.unknowns, U):
         base = label = f"sensor of {model.unknowns[unknown]}"
         number = 2
-        while label in labels:
+        while label in taken:
             label, number = f"{base} {number}", number + 1
         if unknown in failing:
             faults.append(Fault(f"fault of {label}", (len(rows),)))
         labels.append(label)
+        taken.add(label)
         rows.append((unknown,))
     return replace(model, equations=tuple(labels), rows=tuple(rows), faults=tuple(faults))
 
@@ -136,6 +141,137 @@ def place_sensors(
     >>> place_sensors(Model.from_matrix([[1]], faults={"f": 0}), faulty=[0])
     ((0, 0),)
     """
+    problem = _problem(model, candidates, goal, costs, faulty)
+    try:
+        found = list(minimal_additions(problem.extended, problem.most, problem.wanted, limit))
+    except UsageError as error:
+        hint = "cheapest_sensors finds one of them; or name fewer candidates, or raise the limit"
+        raise UsageError(error.message, hint=hint) from error
+    sets = (_sensors(problem.chosen, counts) for counts in found)
+    price = dict(zip(problem.chosen, problem.prices, strict=True))
+    return tuple(sorted(sets, key=lambda s: (math.fsum(price[u] for u in s), len(s), s)))
+
+
+@dataclass(frozen=True, slots=True)
+class CheapestSensors:
+    """Is the cheapest set of sensors, as far as it was found.
+
+    Parameters
+    ----------
+    sets : tuple of tuple of int
+        Minimal sets of unknowns, each ascending, with a repeat where two sensors measure the same;
+        the cheapest first. Others may exist. None if not even all candidates grant every wish.
+    costs : tuple of float
+        What each of them costs.
+    bound : float
+        No set that grants every wish is cheaper; infinite if there is none.
+    proven : bool
+        Whether the first set is a cheapest one, or none exists; otherwise time was up.
+
+    References
+    ----------
+    As :func:`cheapest_sensors`.
+
+    Examples
+    --------
+    >>> CheapestSensors(((3,),), (1.0,), 1.0, True)
+    <1 sensors, cost 1: the cheapest>
+    """
+
+    sets: tuple[tuple[int, ...], ...]
+    costs: tuple[float, ...]
+    bound: float
+    proven: bool
+
+    def __repr__(self) -> str:
+        if not self.sets:
+            return "<no set of sensors grants every wish>"
+        proof = "the cheapest" if self.proven else f"none is cheaper than {self.bound:g}"
+        return f"<{len(self.sets[0])} sensors, cost {self.costs[0]:g}: {proof}>"
+
+
+def cheapest_sensors(
+    model: Model,
+    candidates: Iterable[int | str] | None = None,
+    *,
+    goal: str | Iterable[Wanted] = "isolability",
+    costs: Mapping[int | str, float] | None = None,
+    faulty: Iterable[int | str] = (),
+    existing: Iterable[int | str] = (),
+    seconds: float = 10.0,
+) -> CheapestSensors:
+    """Return the cheapest set of added sensors that reaches what is wanted, in any case something.
+
+    Parameters
+    ----------
+    model, candidates, goal, costs, faulty
+        As for :func:`place_sensors`.
+    existing : iterable of int or str
+        Unknowns that have a sensor already beyond the equations of the model. It costs nothing; if
+        the unknown is one of the faulty, it may fail.
+    seconds : float
+        How long to look for cheaper sets and for the proof. What is proven does not depend on it.
+
+    Returns
+    -------
+    CheapestSensors
+
+    Raises
+    ------
+    UsageError
+        When an unknown, the goal, a fault or a cost is wrong.
+
+    Notes
+    -----
+    The method is :func:`fdi.structure.cheapest.cheapest_additions`.
+
+    References
+    ----------
+    Krysander, Frisk, "Sensor placement for fault diagnosis", IEEE Trans. SMC-A 38(6), 2008; as an
+    integer program Rosich, Sarrate, Nejjari, DX-09, 2009.
+
+    Examples
+    --------
+    >>> model = Model.from_matrix([[1, 0], [1, 1], [0, 1]], faults={"f": 0, "g": 2})
+    >>> cheapest_sensors(model, costs={0: 5}).sets[0]
+    (1,)
+    >>> cheapest_sensors(model, existing=[0])
+    <0 sensors, cost 0: the cheapest>
+    """
+    present = list(existing)
+    standing = set(places_of(present, model.unknowns, U))
+    failing = set(places_of(faulty, model.unknowns, U))
+    base = add_sensors(model, present, standing & failing)
+    new = set(
+        places_of(
+            range(len(model.unknowns)) if candidates is None else candidates, model.unknowns, U
+        )
+    )
+    problem = _problem(base, new, goal, costs, failing - (standing - new))
+    found = cheapest_additions(
+        problem.extended, problem.most, problem.prices, problem.wanted, seconds=seconds
+    )
+    sets = tuple(_sensors(problem.chosen, counts) for counts in found.choices)
+    return CheapestSensors(sets, found.costs, found.bound, found.proven)
+
+
+class _Problem(NamedTuple):
+    """Is a placement in the words of ``additions.py``: an addition is a sensor of one unknown."""
+
+    extended: Callable[[Counts], Model]
+    most: Counts
+    wanted: Reach
+    chosen: list[int]
+    prices: list[float]
+
+
+def _problem(
+    model: Model,
+    candidates: Iterable[int | str] | None,
+    goal: str | Iterable[Wanted],
+    costs: Mapping[int | str, float] | None,
+    faulty: Iterable[int | str],
+) -> _Problem:
     labels = model.unknowns
     everything = range(len(labels))
     chosen = sorted(set(places_of(everything if candidates is None else candidates, labels, U)))
@@ -143,8 +279,8 @@ def place_sensors(
     if stray := failing.difference(chosen):
         raise UsageError(f"{model.unknowns[min(stray)]} may fail but is no candidate")
     stated = {place_of(unknown, labels, U): cost for unknown, cost in (costs or {}).items()}
-    price = {unknown: stated.get(unknown, 1.0) for unknown in chosen}
-    for unknown, cost in price.items():
+    prices = [stated.get(unknown, 1.0) for unknown in chosen]
+    for unknown, cost in zip(chosen, prices, strict=True):
         if not (isinstance(cost, Real) and math.isfinite(cost) and cost >= 0):
             raise UsageError(f"{model.unknowns[unknown]}: cost is {cost}, must be finite, not < 0")
     most = tuple(2 if unknown in failing else 1 for unknown in chosen)
@@ -153,9 +289,7 @@ def place_sensors(
         return add_sensors(model, _sensors(chosen, counts), failing)
 
     wanted = _wanted(reach(extended(most)), len(model.faults), goal)
-    found = minimal_additions(extended, most, wanted, limit)
-    sets = (_sensors(chosen, counts) for counts in found)
-    return tuple(sorted(sets, key=lambda s: (math.fsum(price[u] for u in s), len(s), s)))
+    return _Problem(extended, most, wanted, chosen, prices)
 
 
 def sensor_gains(

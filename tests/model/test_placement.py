@@ -93,8 +93,20 @@ def test_where_nothing_can_be_added_the_empty_set_says_so(balloon):
     assert (found.candidates, found.gains, found.sets) == ((), (), ((),))
 
 
-def test_too_many_choices_leave_the_gains(balloon, monkeypatch):
+def test_of_too_many_choices_there_is_one_of_the_smallest(balloon, monkeypatch):
+    log = stub_log({"GPS_RAW_INT": ["alt"], "GLOBAL_POSITION_INT": ["alt"]}, units=UNITS)
+    every = place(balloon, log).sets
     monkeypatch.setattr(rules, "LIMIT", 0)
+    found = place(balloon, log)
+    assert len(found.gains) == 2
+    (smallest,) = found.sets
+    assert smallest in every
+    assert len(smallest) == min(map(len, every))
+
+
+def test_without_the_time_to_prove_a_set_the_gains_are_left(balloon, monkeypatch):
+    monkeypatch.setattr(rules, "LIMIT", 0)
+    monkeypatch.setattr(rules, "SECONDS", -1.0)
     log = stub_log({"GPS_RAW_INT": ["alt"], "GLOBAL_POSITION_INT": ["alt"]}, units=UNITS)
     found = place(balloon, log)
     assert found.sets is None
@@ -108,7 +120,7 @@ def test_without_a_log_it_is_sensors_of_variables(tmp_path):
     path.write_text("".join(x for x in lines if not x.strip().startswith(dropped)))
     found = place(load_airframe(path), None)
     assert found.kind == "sensor"
-    assert found.sets is None
+    assert found.sets == (("altitude",),)
     assert {gain.name for gain in found.gains} == {"altitude", "climb"}
 
 

@@ -2,6 +2,8 @@
 
 import doctest
 import re
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -60,3 +62,37 @@ def test_both_ways_through_the_tutorial_give_the_same_answers():
 def test_the_page_names_every_public_function_of_the_tutorial():
     for name in ("decompose", "classes", "detectable", "isolability", "place_sensors", "mso_sets"):
         assert f"structure.{name}(" in PAGE
+
+
+OFFERS = PAGE.partition("<!-- offers: begin -->")[2].partition("<!-- offers: end -->")[0]
+ROWS = [line.strip("| ").split(" | ") for line in OFFERS.strip().splitlines()[2:]]
+
+
+def found(root, dotted):
+    """What a dotted name may stand for: a module and an attribute may have the same name."""
+    here, path = [import_module(root)], root
+    for name in dotted.split("."):
+        path = f"{path}.{name}"
+        here = [getattr(one, name) for one in here if hasattr(one, name)]
+        with suppress(ImportError):
+            here.append(import_module(path))
+    return here
+
+
+def test_the_table_of_offers_names_what_is_there():
+    assert len(ROWS) > 20
+    for _, _, ours in ROWS:
+        for name in re.findall("`([^`]+)`", ours):
+            assert found("fdi", name), name
+
+
+def test_the_table_of_offers_is_fair_to_the_toolbox():
+    """What is said of its release is there; what is said of other editions is not."""
+    pytest.importorskip("faultdiagnosistoolbox")
+    for _, theirs, _ in ROWS:
+        for part in theirs.split(";"):
+            elsewhere = "(*" in part
+            for name in re.findall("`([^`]+)`", part):
+                roots = ("", "DiagnosisModel.") if elsewhere else ("",)
+                there = any(found("faultdiagnosistoolbox", root + name) for root in roots)
+                assert there != elsewhere, name

@@ -5,10 +5,11 @@ from hypothesis import given
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from fdi.structure.matching import maximum_matching
+from fdi.structure import classes, decompose, matching
+from fdi.structure.matching import match, maximum_matching
 
 from . import naive
-from .models import models
+from .models import models, tried
 
 
 def assert_is_matching(matching, rows):
@@ -59,3 +60,19 @@ def test_matching_cannot_be_written_to():
 def test_nothing_is_matched_in_an_empty_model():
     assert len(maximum_matching((), 0)) == 0
     assert len(maximum_matching(((), ()), 3)) == 0
+
+
+@given(model=models())
+@tried(100)
+def test_scipy_matches_as_many_and_the_parts_are_the_same(model):
+    rows, n = model.rows, len(model.unknowns)
+    own = match(rows, n)
+    before = decompose(model), classes(model)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(matching, "LARGE", 0)
+        equation_of, unknown_of = match(rows, n)
+        assert (decompose(model), classes(model)) == before
+    assert sum(u >= 0 for u in unknown_of) == sum(u >= 0 for u in own[1])
+    pairs = [(e, u) for e, u in enumerate(unknown_of) if u >= 0]
+    assert all(u in rows[e] and equation_of[u] == e for e, u in pairs)
+    assert sum(e >= 0 for e in equation_of) == len(pairs)
