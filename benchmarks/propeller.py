@@ -27,7 +27,7 @@ from fdi.decision.policy import policy_text
 from fdi.diagnosis.departed import departed
 from fdi.residuals.between import as_normal, departure, expected, share_beyond
 from fdi.residuals.identify import STRETCH_S
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT.parent / "shared" / "flights" / "propeller_cut"

@@ -32,7 +32,7 @@ from fdi.methods.observer.observer import GAP_S, Observer, ObserverState, begin,
 from fdi.methods.observer.records import Rows, StillLacking, multicopter, rows_of
 from fdi.methods.observer.states import PSI, RESIDUALS, STATES
 from fdi.telemetry import Log
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.flights import LIFT_M
 from fdi.telemetry.message import Floats
 

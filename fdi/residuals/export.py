@@ -59,7 +59,7 @@ _USED: Final = (
     evaluate._all,
     evaluate._any,
     differentiate,
-    newton.follow,
+    newton.Solved,
     newton.choose,
 )
 
@@ -75,8 +75,11 @@ from __future__ import annotations
 
 from functools import reduce
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
+
+TIED = {tied!r}
 
 '''
 
@@ -97,14 +100,14 @@ def _derivative(values, step, window, circular):
     return differentiate(values, step, recipe, circular=circular)[0]
 
 
-def _root(roots, sides, low, high, near, circular):
+def _root(roots, sides, low, high, near, circular, turns):
     """Return the root that solves the equation, lies in the domain, is nearest to a channel."""
     kept = []
     for root, (left, right) in zip(roots, sides or [(0.0, 0.0)] * len(roots)):
         gap = wrap(left - right) if circular else left - right
         bad = np.abs(gap) > {same} * (np.abs(left) + np.abs(right))
         kept.append(np.where(bad | (root < low) | (root > high), np.nan, root))
-    return choose(np.array(kept)[:, None, :], near[None])[0]
+    return choose(np.array(kept)[:, None, :], near[None], (turns,)).columns[0]
 
 
 def _spacing(spacing, step, channels):
@@ -139,7 +142,7 @@ def python_module(bank: Bank, differentiation: Differentiation | None = None) ->
     signatures = dict(zip((g.id for g in bank.generators), bank.signature_names(), strict=True))
     half = "1" if recipe.method == "backward_from_zero" else "half"
     parts = [
-        HEAD.format(name=bank.system.name, version=__version__),
+        HEAD.format(name=bank.system.name, version=__version__, tied=newton.TIED),
         f"METHOD = {recipe.method!r}\n",
         _table(
             "PARAMETERS", {n: f"np.float64({float(p.value)!r})" for n, p in _used(bank, needed)}
@@ -273,7 +276,8 @@ class _Lines:
         low = "-np.inf" if variable.low is None else repr(float(variable.low))
         high = "np.inf" if variable.high is None else repr(float(variable.high))
         near = next((f"v{i}" for name, i in node.near if name == variable.name), "missing")
-        root = f"_root(roots, {sides}, {low}, {high}, {near}, {equation.circular})"
+        turns = f"{equation.circular}, {circular}"
+        root = f"_root(roots, {sides}, {low}, {high}, {near}, {turns})"
         return [*lines, f"{own} = wrap({root})" if circular else f"{own} = {root}"]
 
     def _beneath(self, number: int) -> list[str]:

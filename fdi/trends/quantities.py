@@ -24,7 +24,7 @@ from fdi.methods.setup.records import attitude
 from fdi.residuals.between import tells
 from fdi.result import Analysis
 from fdi.shown import Rows
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 from fdi.trends.battery import resistance
 from fdi.trends.blocks import Mean, block_edges, block_means, mean_of

@@ -14,7 +14,7 @@ import numpy as np
 
 from fdi.methods.estimator.ratios import LEVEL_S, trailing_mean
 from fdi.telemetry import Log
-from fdi.telemetry.airtime import SETTLING_S
+from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 
 FIRST: Final = "RAW_IMU"
