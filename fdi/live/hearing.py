@@ -154,7 +154,9 @@ class Hearing:
             if self._back < CONFIRMED:
                 return
             self.boots += 1
-            text = f"the vehicle started anew: its clock went back from {before:.1f} to {boot_s:.1f} s"
+            text = (
+                f"the vehicle started anew: its clock went back from {before:.1f} to {boot_s:.1f} s"
+            )
             self._tell(lines, "reboot", text)
         elif np.isfinite(before) and boot_s - before > max(passed, 0.0) + STEP_S:
             text = f"a time jump: the vehicle's clock went on by {boot_s - before:.1f} s"

@@ -62,7 +62,8 @@ Sink = Callable[[Floats, Floats, Floats], None]
 @dataclass(frozen=True, slots=True, eq=False)
 class Recent:
     """Of the last minute: t (n,) s since boot; height (n,) m above the place of take-off;
-    residuals off their centres and thresholds, (13, n)."""
+    residuals off their centres and thresholds, (13, n).
+    """
 
     t: Floats
     height: Floats
@@ -76,7 +77,9 @@ class Recent:
         kept = slice(max(first, times.size - MOST_SHOWN), None)
         both = zip((self.off, self.threshold), (off, threshold), strict=True)
         heights = np.concatenate([self.height, height])
-        return Recent(times[kept], heights[kept], *(np.concatenate(pair, axis=1)[:, kept] for pair in both))
+        return Recent(
+            times[kept], heights[kept], *(np.concatenate(pair, axis=1)[:, kept] for pair in both)
+        )
 
 
 def nothing() -> Recent:

@@ -1,7 +1,7 @@
 """The bank and the methods while the vehicle flies: one bank, a block of records a tick.
 
 In: records as they come. Out: residuals over the last 90 s, tests in alarm, accused components, and
-lines. Once a flight has been in the air for a minute, the chain of files runs over what has been
+lines. Once a flight has been in the air for half a minute, the chain of files runs over what has been
 kept of it: channels, bank, parameters, lags, constants, thresholds and the scale of the budget are
 what this minute tells, and stay. From then on the same bank is evaluated anew over a window that is
 longer than any operator of the shipped models looks back (60 s), on the grid that began with the
@@ -42,8 +42,8 @@ from fdi.telemetry.airtime import in_air
 from fdi.telemetry.message import Floats
 
 FIRST_S: Final = 300.0
-LEARNED_S: Final = 60.0
-"""In the air: the reference of constants after the settling, and three blocks that tell lags."""
+LEARNED_S: Final = 30.0
+"""In the air: the reference of constants after the settling, and some seconds more."""
 EVERY_S: Final = 5.0
 WINDOW_S: Final = 90.0
 EDGE_S: Final = 15.0
@@ -77,7 +77,7 @@ class Accused(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Learned:
-    """What the first minute told; ``base``: s, from its log's clock to s since boot."""
+    """What the first half minute told; ``base``: s, from its log's clock to s since boot."""
 
     chain: Chain
     told: Told
@@ -94,6 +94,7 @@ class Watching:
     model: str | Path = "auto"
     given: Log | None = None
     sink: Sink | None = None
+    share: float = SHARE
     learned: Learned | None = None
     alarms: Alarms | None = None
     offset: float = 0.0
@@ -143,7 +144,7 @@ class Watching:
         cost = time.process_time() - since
         least = LEAST_S if learned else EVERY_S
         # what the link brings faster than in real time is computed as often, of its own clock
-        self._next = hearing.boot_s + max(least, cost / SHARE if learned else least)
+        self._next = hearing.boot_s + max(least, cost / self.share if learned else least)
         return lines
 
     def _learn(self, hearing: Hearing, parameters: Parameters) -> list[str]:

@@ -108,9 +108,7 @@ def observe(
     UsageError
         The outputs leave states unknown or are not the source's, or there is no such flight.
     """
-    begun = begin_flight(
-        log, vehicle, source=source, outputs=outputs, gain=gain, flight=flight
-    )
+    begun = begin_flight(log, vehicle, source=source, outputs=outputs, gain=gain, flight=flight)
     rows, air = begun.rows, begun.air
     _, residuals, doubts = run(begin(begun.observer), rows.t, rows.y, begun.u)
     limits = learn(rows.t, residuals, begun.calm)
@@ -186,7 +184,9 @@ def begin_flight(
     rows = Rows(rows.t[inside], rows.y[:, inside], rows.thrust[:, inside], rows.motors, source)
     calm, is_calm = calm_mask(rows, air) if rows.t.size > 1 else (np.zeros(0, np.bool_), False)
     if not calm.any():
-        raise StillLacking(f"knows flight {number + 1} for too short a time to observe", where=log.name)
+        raise StillLacking(
+            f"knows flight {number + 1} for too short a time to observe", where=log.name
+        )
     is_own = vehicle is not REFERENCE_QUADROTOR
     vehicle, axes = fitted(vehicle, rows, calm, air, turns=not is_own)
     return Begun(
