@@ -1,4 +1,4 @@
-"""What ``fdi observe`` and ``fdi watch`` do with a connection: open, record, listen, say the end."""
+"""What ``fdi observe`` and ``fdi watch`` do with a connection: open, record, listen, end."""
 
 from __future__ import annotations
 

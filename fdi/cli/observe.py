@@ -1,4 +1,4 @@
-"""The command ``fdi observe``: does a multicopter move as its motors are told? Also while it flies."""
+"""The command ``fdi observe``: does a multicopter move as its motors are told? Also live."""
 
 from __future__ import annotations
 
@@ -71,13 +71,13 @@ def observe(
     own = read_vehicle(vehicle)
     wanted = None if outputs is None else [name.strip() for name in outputs.split(",")]
     if is_connection(log):
-        if asked.flight is not None:
-            raise UsageError("--flight is of a log, and this is a connection", where=log)
+        if asked.flight is not None or asked.as_json:
+            raise UsageError("--flight and --json are of a log, not of a connection", where=log)
         given = None if like is None else read(like)
         if given is not None:
             own = _as_flown(own, given)
         kept = _live(log, own, given, source, wanted, gain, record_to, asked.system, seconds)
-        if kept is None or (asked.out is None and not asked.as_json):
+        if kept is None or asked.out is None:
             return 0
         log = str(kept)
     elif record_to or like or seconds:

@@ -33,7 +33,7 @@ class Stop:
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Give what Ctrl-C sets instead of interrupting; in a thread, which hears none, nothing does."""
+    """Give what Ctrl-C sets instead of interrupting; in a thread, which hears none, nothing."""
     stop = Stop()
     try:
         before = signal.signal(signal.SIGINT, stop)

@@ -29,7 +29,7 @@ from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observation import Begun, begin_flight, outputs_of, run
 from fdi.methods.observer.observer import GAP_S, Observer, ObserverState, begin, design
-from fdi.methods.observer.records import Rows, StillLacking, multicopter, rows_of
+from fdi.methods.observer.records import LackingError, Rows, multicopter, rows_of
 from fdi.methods.observer.states import PSI, RESIDUALS, STATES
 from fdi.telemetry import Log
 from fdi.telemetry.events import SETTLING_S
@@ -92,7 +92,7 @@ def nothing() -> Recent:
 class Learned:
     """What the beginning of a flight told.
 
-    ``start``: since when it is in the air, s since boot; ``log``: whose vehicle and parameters hold.
+    ``start``: since when it is in the air, s since boot; ``log``: its vehicle and parameters hold.
     """
 
     begun: Begun
@@ -171,7 +171,7 @@ class Observing:
             if hearing.armed and log.flights and log.flights[-1].flew:
                 self.waits_for = "20 s of calm flight, which tell centres and noise"
                 return self._adopt(log)
-        except StillLacking as error:
+        except LackingError as error:
             if not self.waits_for.startswith("20 s"):
                 self.waits_for = f"more: it {error.message}"
         return [f"waiting for {self.waits_for}"] if self.waits_for != before else []
@@ -207,7 +207,7 @@ class Observing:
         told = self.learned.log
         try:
             rows = rows_of(as_of(log, told.vehicle, told.parameters, told.frame), self.source)
-        except StillLacking:  # a stream has stopped: nothing is known until it comes back
+        except LackingError:  # a stream has stopped: nothing is known until it comes back
             return []
         rows, t = self._ready(rows, rows.t + since_boot(log), float(log.clock.start[-1]))
         if not t.size:

@@ -60,7 +60,7 @@ def record(path: Path | None) -> Recorder:
     """
     own = path or Path(f"{datetime.now(UTC):%Y-%m-%dT%H%M%SZ}.tlog")
     try:
-        return Recorder(own, FileIO(own, "xb"))  # type: ignore[arg-type]
+        return Recorder(own, FileIO(own, "xb"))
     except FileExistsError as error:
         raise OutputError("is there already, and is not written over", where=str(own)) from error
     except OSError as error:

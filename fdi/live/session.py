@@ -20,7 +20,7 @@ from fdi.telemetry.dialect import frame_checks
 from fdi.telemetry.formats.tlog.stream import Piece, whole_frames
 
 TICK_S: Final = 0.5
-"""Records are computed so often, of the vehicle's clock or of ours: an alarm is that late at most."""
+"""Records are computed so often, of the vehicle's clock or ours: an alarm is that late at most."""
 
 MOST_WAITING: Final = 1 << 20
 """Bytes that are kept till a heartbeat says who the vehicle is: it comes once a second."""
@@ -80,7 +80,7 @@ class Session:
         return [*lines, *self.hearing.idle(now)]
 
     def _keep(self, piece: Piece, stamp: int) -> None:
-        """Hand the vehicle's records on; till it is known who that is all are kept, within bounds."""
+        """Hand the vehicle's records on; till it is known who that is keep all, within bounds."""
         self._waiting.append((piece, stamp))
         if self.hearing.speaker is None:
             while sum(one.data.size for one, _ in self._waiting) > MOST_WAITING:

@@ -47,7 +47,7 @@ LEARNED_S: Final = 30.0
 EVERY_S: Final = 5.0
 WINDOW_S: Final = 90.0
 EDGE_S: Final = 15.0
-"""From the window's begin: the longest mean, derivatives, and what settles. There no alarm begins."""
+"""From the window's begin: the longest mean, and what settles. There no alarm begins."""
 SHARE: Final = 0.06
 """Of a core, on average."""
 LEAST_S: Final = 2.0

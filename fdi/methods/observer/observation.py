@@ -16,7 +16,7 @@ from fdi.methods.observer.fitted import HOVER_S, calm_mask, fitted, inputs_of
 from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observer import Observer, ObserverState, Record, begin, design, step
-from fdi.methods.observer.records import FROM, LATE_S, Rows, StillLacking, rows_of
+from fdi.methods.observer.records import FROM, LATE_S, LackingError, Rows, rows_of
 from fdi.methods.observer.states import RESIDUALS
 from fdi.methods.observer.vehicle import REFERENCE_QUADROTOR, Vehicle
 from fdi.telemetry import Log
@@ -184,7 +184,7 @@ def begin_flight(
     rows = Rows(rows.t[inside], rows.y[:, inside], rows.thrust[:, inside], rows.motors, source)
     calm, is_calm = calm_mask(rows, air) if rows.t.size > 1 else (np.zeros(0, np.bool_), False)
     if not calm.any():
-        raise StillLacking(
+        raise LackingError(
             f"knows flight {number + 1} for too short a time to observe", where=log.name
         )
     is_own = vehicle is not REFERENCE_QUADROTOR
@@ -233,7 +233,7 @@ def run(
 def _flight(log: Log, wanted: int | None) -> tuple[int, tuple[float, float]]:
     flights = log.flights
     if not flights:
-        raise StillLacking("shows no flight", where=log.name)
+        raise LackingError("shows no flight", where=log.name)
     number = len(flights) - 1 if wanted is None else wanted
     if not 0 <= number < len(flights):
         raise UsageError(f"{log.name} has no flight {number + 1}", hint=f"it has {len(flights)}")

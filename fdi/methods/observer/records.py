@@ -38,7 +38,7 @@ _RECEIVER: Final = ("lat", "lon", "alt", "vel", "cog")
 _GYROSCOPE: Final = ("xgyro", "ygyro", "zgyro")
 
 
-class StillLacking(LogError):
+class LackingError(LogError):
     """The log lacks something that a live link may still bring: a frame's parameters, a message."""
 
 
@@ -79,7 +79,7 @@ def rows_of(log: Log, source: str = "estimator") -> Rows:
     attitude = _needed(log, "ATTITUDE", _ATTITUDE, "attitude")
     thrusts = motor_thrusts(log, motors)
     if thrusts is None:
-        raise StillLacking("does not hold what every motor is given", where=log.name)
+        raise LackingError("does not hold what every motor is given", where=log.name)
     local = _needed(log, "LOCAL_POSITION_NED", _LOCAL, "local position and velocity")
     used = {"ATTITUDE": attitude, "the motors": thrusts, "LOCAL_POSITION_NED": local}
     y = np.full((len(STATES), attitude.t.size), np.nan)
@@ -125,14 +125,14 @@ def _motors(log: Log) -> tuple[Motor, ...]:
             if names_frame(log.parameters, log.autopilot)
             else ("tells no frame, so that its motors are")
         )
-        raise StillLacking(f"{told} not known to stand somewhere and turn some way", where=log.name)
+        raise LackingError(f"{told} not known to stand somewhere and turn some way", where=log.name)
     return motors
 
 
 def _needed(log: Log, key: str, fields: tuple[str, ...], what: str) -> Series:
     found = series(log, key, fields)
     if found is None:
-        raise StillLacking(
+        raise LackingError(
             f"holds no {what}, which the observer needs", where=log.name, hint=f"looked for {key}"
         )
     return found

@@ -43,10 +43,19 @@ class Piece:
     component: Ints
     done: int
 
-    def of(self, rows: NDArray[np.bool_]) -> Piece:
+    def of(self, rows: NDArray[np.bool_] | Ints) -> Piece:
         """Return some of the frames."""
-        names = ("start", "end", "payload", "length", "number", "system", "component")
-        return Piece(self.data, *(getattr(self, name)[rows] for name in names), self.done)
+        return Piece(
+            self.data,
+            self.start[rows],
+            self.end[rows],
+            self.payload[rows],
+            self.length[rows],
+            self.number[rows],
+            self.system[rows],
+            self.component[rows],
+            self.done,
+        )
 
     def bytes_of(self, row: int, size: int) -> bytes:
         """Return a payload at a full length: what was cut is zero."""
@@ -96,18 +105,15 @@ def whole_frames(data: Bytes, checks: FrameChecks, *, is_last: bool = False) -> 
     found, done = _in_order(start, end, is_right, waits, data.size)
     system = np.where(is_v2, head[:, 5], head[:, 3])
     component = np.where(is_v2, head[:, 6], head[:, 4])
-    return Piece(
-        data,
-        *(own[found] for own in (start, end, payload, length, number, system, component)),
-        done,
-    )
+    return Piece(data, start, end, payload, length, number, system, component, done).of(found)
 
 
 def _in_order(
     start: Ints, end: Ints, is_right: NDArray[np.bool_], waits: NDArray[np.bool_], size: int
 ) -> tuple[Ints, int]:
     """Return the rows of frames that do not overlap, and how many bytes are done with."""
-    found, reach = [], 0
+    found: list[int] = []
+    reach = 0
     for row in np.flatnonzero(is_right | waits).tolist():
         if start[row] < reach:
             continue
