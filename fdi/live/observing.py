@@ -61,8 +61,10 @@ Sink = Callable[[Floats, Floats, Floats], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recent:
-    """Of the last minute: t (n,) s since boot; height (n,) m above the place of take-off;
-    residuals off their centres and thresholds, (13, n).
+    """The last minute.
+
+    ``t``: (n,) s since boot; ``height``: (n,) m above the place of take-off; residuals off their
+    centres and thresholds: (13, n).
     """
 
     t: Floats

@@ -1,7 +1,7 @@
 """The bank and the methods while the vehicle flies: one bank, a block of records a tick.
 
 In: records as they come. Out: residuals over the last 90 s, tests in alarm, accused components, and
-lines. Once a flight has been in the air for half a minute, the chain of files runs over what has been
+lines. Once a flight has been in the air for half a minute, the chain of files runs over what was
 kept of it: channels, bank, parameters, lags, constants, thresholds and the scale of the budget are
 what this minute tells, and stay. From then on the same bank is evaluated anew over a window that is
 longer than any operator of the shipped models looks back (60 s), on the grid that began with the
