@@ -1,8 +1,8 @@
 """Which values have a model's unknown parameters on this very vehicle?
 
 In: a bank, signals, how to differentiate. Out: the same bank with the parameters that have
-``identify:`` fitted to the first seconds of the flight, and then left alone: a fault that comes
-later must not become its own reference. The variable that a parameter shall bring to ``zero`` must
+``identify:`` fitted to the first seconds of the flight in which it tells of them, and then left
+alone: a fault that comes later must not become its own reference. The variable that a parameter shall bring to ``zero`` must
 depend on it linearly; over that stretch it is averaged over blocks, because neighbouring samples
 err alike, and blocks far off the others do not count. Least squares with the prior as one more
 measurement: what the flight does not excite keeps the prior and its width.
@@ -39,7 +39,7 @@ from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import Context, Value, compute_node, context_of
 from fdi.residuals.reads import needed_for
 from fdi.telemetry import Signals
-from fdi.telemetry.airtime import reference_mask
+from fdi.telemetry.airtime import first_known
 
 STRETCH_S: Final = 20.0
 """From so many seconds after settling in the air: what `fdi.decision` takes its constants from."""
@@ -99,7 +99,6 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
     if not groups:
         return bank
     context = replace(context_of(bank.system, bank.nodes, signals, recipe), spreads=False)
-    stretch = reference_mask(signals, STRETCH_S)
     size = max(1, round(BLOCK_S * signals.rate_hz))
     found: dict[str, ParameterValue] = {}
     told = list[str]()
@@ -108,7 +107,7 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
         if number is None:  # no test needs it
             continue
         priors = [bank.system.parameters[name] for name in names]
-        columns = _columns(number, names, context, stretch)
+        columns = _columns(number, names, context, signals)
         blocks = np.empty((0, 1 + len(names))) if columns is None else _blocks(columns, size)
         if len(blocks) < LEAST_BLOCKS:
             why = (
@@ -192,9 +191,9 @@ def _within(
 
 
 def _columns(
-    number: int, names: Sequence[str], context: Context, stretch: NDArray[np.bool_]
+    number: int, names: Sequence[str], context: Context, signals: Signals
 ) -> Floats | None:
-    """Return a node over the stretch and what a unit of each parameter adds, (n, 1 + k).
+    """Return a node over its first seconds and what a unit of each parameter adds, (n, 1 + k).
 
     None where it is not linear in them.
     """
@@ -204,12 +203,15 @@ def _columns(
         moved, done = replace(context, constants=constants), dict[int, Value]()
         for needed in needed_for(context.nodes, number):
             done[needed] = compute_node(context.nodes[needed], done, moved)
-        return done[number].column[stretch]
+        return done[number].column
 
-    columns = [at(names[0], 0.0)]
+    whole = at(names[0], 0.0)
+    stretch = first_known(np.isfinite(whole), signals, STRETCH_S)
+    columns = [whole[stretch]]
     for name in names:
         std = context.system.parameters[name].std or 1.0
-        up, down = at(name, std) - columns[0], columns[0] - at(name, -std)
+        up = at(name, std)[stretch] - columns[0]
+        down = columns[0] - at(name, -std)[stretch]
         bent, moved = (np.nan_to_num(np.abs(change)).max(initial=0.0) for change in (up - down, up))
         if bent > LINEAR * moved:
             return None

@@ -64,3 +64,21 @@ def reference_mask(signals: Signals, length_s: float) -> NDArray[np.bool_]:
     begins = [flight.airborne[0] for flight in signals.flights if flight.airborne[0] <= first]
     start = max(first, max(begins, default=first) + SETTLING_S)
     return np.asarray(flying & (signals.t >= start) & (signals.t < start + length_s))
+
+
+def first_known(known: NDArray[np.bool_], signals: Signals, length_s: float) -> NDArray[np.bool_]:
+    """Return the first seconds in the air, settled, since a quantity is known.
+
+    They are those of `reference_mask` for most; a wing bears a VTOL only later on.
+
+    Parameters
+    ----------
+    known : (n,) bool
+        Where the quantity is known.
+    signals : Signals
+    length_s : float
+    """
+    begun = reference_mask(signals, np.inf)
+    known = known & begun
+    start = signals.t[np.argmax(known)] if known.any() else np.inf
+    return np.asarray(begun & (signals.t >= start) & (signals.t < start + length_s))

@@ -99,6 +99,21 @@ def test_a_fault_after_the_beginning_changes_nothing(bank, size):
     assert faulty == clean
 
 
+def test_what_is_known_later_only_is_fitted_to_its_own_first_seconds(bank):
+    """The wing of a VTOL bears it after a minute; what comes 20 s after that is no reference."""
+    begins = 60.0
+
+    def later(size):
+        fails = begins + STRETCH_S + 1
+        return lambda t: np.where(t < begins, np.nan, np.where(t > fails, size, 0.0))
+
+    gain, zero, warnings = told(bank, flown(bank, off=later(0.0)))
+    assert gain.source == zero.source == "identified"
+    assert abs(gain.value - GAIN) < 3 * gain.std < 0.1
+    assert not warnings
+    assert told(bank, flown(bank, off=later(5.0)))[:2] == (gain, zero)
+
+
 def test_a_fault_that_begins_within_the_beginning_makes_the_values_unsure(bank):
     clean = told(bank, flown(bank, load=0.0))[1]
     half = SETTLING_S + STRETCH_S / 2
