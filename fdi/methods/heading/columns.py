@@ -11,7 +11,8 @@ and the same likelihood judge it as any test.
 - ``gyroscope_alone``: heading against compass and estimator, confirmed by the field
 - ``gyroscope_against_gravity``: turns against gravity and against the field
 - ``forces``: specific force against the receiver's velocity (``forces.py``)
-- ``forces_beyond_turns``: the same less what gyroscopes that the field contradicts make of it
+- ``forces_beyond_turns``: the same at any heading, less what gyroscopes make of gravity that the
+  field contradicts
 - ``twins``: the gyroscopes of two units against each other (``twins.py``)
 """
 
@@ -92,10 +93,11 @@ def _of_ride(log: Log, ride: Ride, grid: Floats) -> Mapping[str, Floats]:
         TWINS: _twins(log, ride, grid),
     }
     forces = force_pair(ride, grid)
-    if forces is not None:
+    lengths = force_pair(ride, grid, any_heading=True)
+    if forces is not None and lengths is not None:
         found["forces"] = _far(forces)
         if np.isfinite(leant[2].off).any():
-            found["forces_beyond_turns"] = _far(beyond_turns(forces, leant[2]))
+            found["forces_beyond_turns"] = _far(beyond_turns(lengths, leant[2]))
     return found
 
 

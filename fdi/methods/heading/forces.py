@@ -5,9 +5,11 @@ into earth axes by the estimator's attitude and integrated over a window with gr
 change of the receiver's velocity in it; horizontal, m/s.
 
 An accelerometer that is wrong shows in it by itself until the estimator leans to make it fit, and
-then whenever the vehicle turns; a gyroscope that is wrong leans the estimator; a receiver whose
-velocity is wrong is the other side. What a field that gyroscopes turned elsewhere tells of the
-tilt may be taken off: what is left is no gyroscope's (`beyond_turns`).
+then whenever the vehicle turns; a gyroscope that is wrong leans and turns the estimator; a compass
+that is wrong turns it; a receiver whose velocity is wrong is the other side. What neither compass
+nor gyroscope can make is told apart (`beyond_turns`): an estimator that heads elsewhere turns a
+change of velocity and leaves its length, and how far it leans wrongly the field tells, which
+gyroscopes turned elsewhere.
 """
 
 from __future__ import annotations
@@ -36,8 +38,17 @@ LEANS: Final = np.radians(0.5)
 """Of an estimator's tilt, one sigma."""
 
 
-def force_pair(ride: Ride, grid: Floats) -> Pair | None:
+def force_pair(ride: Ride, grid: Floats, *, any_heading: bool = False) -> Pair | None:
     """Return specific force against the receiver's velocity; None where one of them is absent.
+
+    Parameters
+    ----------
+    ride : Ride
+    grid : (m,) float
+        Ends of windows, s.
+    any_heading : bool
+        Whether only the lengths of the two changes are compared, as the estimator's heading turns
+        both components alike.
 
     Notes
     -----
@@ -52,11 +63,11 @@ def force_pair(ride: Ride, grid: Floats) -> Pair | None:
     known = np.isfinite(ride.angles).all(axis=0)
     angles = np.where(known, ride.angles, 0.0)
     felt = np.einsum("nij,jn->in", to_earth(*angles), ride.force)[:2]
-    off = [
-        change(t, integral(t, own), grid, before) - change(fixes.t, speed, grid, before)
-        for own, speed in zip(felt, (fixes.north, fixes.east), strict=True)
-    ]
-    apart = np.hypot(*off)
+    sped = [change(t, integral(t, own), grid, before) for own in felt]
+    moved = [change(fixes.t, own, grid, before) for own in (fixes.north, fixes.east)]
+    apart = np.hypot(sped[0] - moved[0], sped[1] - moved[1])
+    if any_heading:
+        apart = np.abs(np.hypot(*sped) - np.hypot(*moved))
     lost = change(t, np.cumsum(~known), grid, before) > 0
     gap = gap_between(t, before, grid) | gap_between(fixes.t, before, grid)
     apart[lost | gap] = np.nan
@@ -74,11 +85,12 @@ def force_pair(ride: Ride, grid: Floats) -> Pair | None:
 
 
 def beyond_turns(forces: Pair, turned: Pair) -> Pair:
-    """Return what of a pair of velocities is more than a wrong turn makes of gravity.
+    """Return what of a pair of velocities is more than a wrong lean makes of gravity.
 
     Parameters
     ----------
     forces : Pair
+        At any heading.
     turned : Pair
         The angle by which the field misses where gyroscopes turned it; unknown takes nothing off.
     """

@@ -1,5 +1,6 @@
 """Who is the odd one out, as numbers: a vehicle that moves as it should, one sensor that lies."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,24 @@ def test_a_wrong_force_is_off_by_itself_times_the_window_in_its_predicted_deviat
     window = np.hypot(LEANS * G, BIAS) * WINDOW_S
     ends = np.sqrt(2) * np.hypot(STATED["doppler"], FIX_LATE_S)
     assert pair.sigma == pytest.approx(np.hypot(window, ends), rel=1e-9)
+
+
+def test_an_estimator_that_heads_elsewhere_turns_a_change_of_velocity_and_keeps_its_length() -> None:
+    """3 m/s2 to the north, felt along the nose, which is told to point east."""
+    t = np.arange(0.0, 40.0, 0.1)
+    felt = np.array([np.full(t.size, 3.0), np.zeros(t.size), np.full(t.size, -G)])
+    east = np.array([np.zeros(t.size), np.zeros(t.size), np.full(t.size, np.pi / 2)])
+    fixes = _fixes(t)
+    fixes = replace(fixes, north=3.0 * fixes.t)
+    turns = np.zeros((3, t.size))
+    ride = Ride(
+        t, turns, felt, None, east, fixes, None, (0.0, 40.0), 0, 0.2, 0.0, 0.0, 1.1, False, {}, ()
+    )
+    whole = force_pair(ride, np.array([28.0]))
+    lengths = force_pair(ride, np.array([28.0]), any_heading=True)
+    assert whole is not None and lengths is not None
+    assert whole.off == pytest.approx(np.sqrt(2) * 3.0 * WINDOW_S)
+    assert lengths.off == pytest.approx(0.0, abs=1e-9)
 
 
 def test_forces_are_unknown_over_a_gap_and_without_a_receiver(healthy: Log) -> None:
