@@ -2,10 +2,11 @@
 
 In: a bank, signals, how to differentiate. Out: the same bank with the parameters that have
 ``identify:`` fitted to the first seconds of the flight in which it tells of them, and then left
-alone: a fault that comes later must not become its own reference. The variable that a parameter shall bring to ``zero`` must
-depend on it linearly; over that stretch it is averaged over blocks, because neighbouring samples
-err alike, and blocks far off the others do not count. Least squares with the prior as one more
-measurement: what the flight does not excite keeps the prior and its width.
+alone: a fault that comes later must not become its own reference. The variable that a parameter
+shall bring to ``zero`` must depend on it linearly; over that stretch it is averaged over blocks,
+because neighbouring samples err alike, and blocks far off the others do not count. Least squares
+with the prior as one more measurement: what the flight does not excite keeps the prior and its
+width.
 
 How well a value is known follows from what the fit leaves, wider for few blocks, and wider where
 the two halves of the stretch contradict each other. What is left in the calmer half counts
@@ -29,7 +30,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 from fdi.model.system import Estimate, ParameterValue

@@ -83,7 +83,7 @@ def test_a_wrong_force_is_off_by_itself_times_the_window_in_its_predicted_deviat
     assert pair.sigma == pytest.approx(np.hypot(window, ends), rel=1e-9)
 
 
-def test_an_estimator_that_heads_elsewhere_turns_a_change_of_velocity_and_keeps_its_length() -> None:
+def test_a_wrong_heading_turns_a_change_of_velocity_and_keeps_its_length() -> None:
     """3 m/s2 to the north, felt along the nose, which is told to point east."""
     t = np.arange(0.0, 40.0, 0.1)
     felt = np.array([np.full(t.size, 3.0), np.zeros(t.size), np.full(t.size, -G)])
@@ -96,7 +96,8 @@ def test_an_estimator_that_heads_elsewhere_turns_a_change_of_velocity_and_keeps_
     )
     whole = force_pair(ride, np.array([28.0]))
     lengths = force_pair(ride, np.array([28.0]), any_heading=True)
-    assert whole is not None and lengths is not None
+    assert whole is not None
+    assert lengths is not None
     assert whole.off == pytest.approx(np.sqrt(2) * 3.0 * WINDOW_S)
     assert lengths.off == pytest.approx(0.0, abs=1e-9)
 
