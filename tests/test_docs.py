@@ -51,7 +51,7 @@ def test_options_on_a_page_are_those_of_the_command(call):
 
 
 def test_the_readme_names_every_command():
-    listed = re.findall(r"^\.venv/bin/fdi (\w+)", (ROOT / "README.md").read_text("utf-8"), re.M)
+    listed = re.findall(r"^fdi (\w+)", (ROOT / "README.md").read_text("utf-8"), re.M)
     assert set(listed) == set(group.commands)
 
 
