@@ -74,46 +74,56 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     "--window",
     metavar="A:B",
     callback=read_window,
-    help="Seconds of the log's clock, both ends included.",
+    help="Analyse only from A to B, in seconds of the log's clock, both included.",
 )
 @click.option(
-    "--rate", metavar="HZ|auto", default="auto", callback=read_rate, help="Samples a second."
+    "--rate",
+    metavar="HZ|auto",
+    default="auto",
+    callback=read_rate,
+    help="Rate at which the tests run; auto follows the rates of the channels.",
 )
 @click.option(
     "--budget",
     metavar="PER_HOUR",
     callback=read_budget,
-    help="False alarms by noise that an hour in the air may hold; few of them accuse.",
+    help="Scale thresholds, up or down, until noise raises so many false alarms in an hour of "
+    "flight; few of them accuse anybody. By default thresholds are only raised.",
 )
 @METHODS
 @click.option(
     "--recovered",
     type=FILE,
     metavar="FILE",
-    help="What fdi heading --recover wrote of LOG, in place of the block that failed.",
+    help="A file that fdi heading --recover wrote of LOG; what it recovered replaces the "
+    "sensor that failed.",
 )
 @SYSTEM
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Folder; by default LOG.fdi/ here.",
+    help="Folder for the report; by default LOG.fdi/ in the working directory.",
 )
 @click.option(
-    "--format", "formats", metavar="html,json,...", help="Only these files of the report."
+    "--format",
+    "formats",
+    metavar="html,json,...",
+    help="Write only these files of the report: html, json, csv, png, svg, txt, parquet.",
 )
 @click.option("--open", "opens", is_flag=True, help="Open report.html in the browser.")
 @click.option("--json", "as_json", is_flag=True, help="Print analysis.json and nothing else.")
 @click.option(
     "--explain",
     metavar="TEST",
-    help="Print what a test did and why it was judged or not; TEST is an id, a statement, a "
-    "component, or all. Writes no files without --out.",
+    help="Print what a test did, and why it was judged or not. TEST is a test's id, an "
+    "equation, a component (all of its tests), or all. No files are written without "
+    "--out.",
 )
-@click.option("--check", is_flag=True, help="Exit with 1 if a component is accused.")
+@click.option("--check", is_flag=True, help="Exit with code 1 if a component is accused.")
 @force_option()
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
-@click.option("--verbose", "-v", is_flag=True, help="Print how long the stages took as well.")
+@click.option("--verbose", "-v", is_flag=True, help="Print also how long each stage took.")
 @NO_PROGRESS
 def analyze(
     logs: Sequence[str],
@@ -138,9 +148,10 @@ def analyze(
 ) -> int:
     """Find out which component failed first in the flight that LOG recorded.
 
-    Several LOGs are one flight seen by several recorders: the better channel of each is used.
+    LOG is a .tlog, a .bin, a text .log, a .ulg, or a table of your own (.csv, .parquet). Several
+    LOGs are one flight seen by several recorders: of each channel the better recording is used.
 
-    Writes a folder with report.html, analysis.json, tables and figures, and prints the verdict.
+    Prints the verdict, and writes a folder with report.html, analysis.json, tables and figures.
     """
     if quiet and verbose:
         raise UsageError("--quiet and --verbose exclude each other")

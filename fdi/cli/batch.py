@@ -24,21 +24,31 @@ MOST_NAMED: Final = 20
 @click.command(epilog="Example: fdi batch flights/ --out fleet.parquet --html --reports flagged")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=FILE)
 @click.option(
-    "--out", type=click.Path(path_type=Path), metavar="FILE.parquet", required=True, help="Table."
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE.parquet",
+    required=True,
+    help="The table.",
 )
-@click.option("--html", is_flag=True, help="Write a page about all logs, FILE.html.")
-@click.option("--ndjson", is_flag=True, help="Write the rows as JSON lines, too, FILE.ndjson.")
+@click.option("--html", is_flag=True, help="Write also FILE.html, a page about all logs.")
+@click.option("--ndjson", is_flag=True, help="Write also FILE.ndjson, the rows as lines of JSON.")
 @click.option(
     "--reports",
     type=click.Choice(["none", "flagged", "all"]),
     default="none",
     show_default=True,
-    help="Write the reports of logs to FILE.reports/: of those that ended badly or with an "
-    "accusation, or of all.",
+    help="Write reports into FILE.reports/: of flagged logs (that ended badly or have an "
+    "accusation), or of all.",
 )
 @WORKERS
-@click.option("--cluster", metavar="ADDRESS", help="A dask.distributed scheduler; trusted only.")
-@click.option("--resume", is_flag=True, help="Keep the rows of logs that did not change.")
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="A dask.distributed scheduler that does the work; use only one that you trust.",
+)
+@click.option(
+    "--resume", is_flag=True, help="Keep the rows of logs that have not changed, and do the others."
+)
 @model_option()
 @policy_option()
 @QUIET
@@ -57,14 +67,17 @@ def batch(
     quiet: bool,
     no_progress: bool,
 ) -> int:
-    """Analyse the logs at PATH (files, folders, globs, URLs) into a Parquet file, one row each.
+    """Analyse many logs into one table (Parquet), with a row for each.
 
-    A log that cannot be read is a row that says why. What an interrupted run has found stays in
-    FILE.parquet.rows.jsonl, and --resume goes on from there; it also keeps the rows of a finished
-    table, for logs that are as they were under the same model, policy and version of fdi. Prints
-    which logs need a look: those that ended badly, with an accusation, or without an analysis.
+    PATH is a log, a folder, a glob or a URL. Prints which logs need a look: those that ended badly,
+    those with an accusation, and those without an analysis. A log that cannot be read has a row
+    that says why.
 
-    The page of --html shows that for all logs, and how each vehicle changes over its flights.
+    An interrupted run leaves its rows in FILE.parquet.rows.jsonl, and --resume goes on from there.
+    It also keeps the rows of a finished table if the log, the model, the policy and the version of
+    fdi are the same.
+
+    The page of --html shows all logs, and how each vehicle changes over its flights.
     """
     from fdi.batch import Beside, beside
     from fdi.batch import batch as run

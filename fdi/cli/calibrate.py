@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     metavar="FILE",
     required=True,
-    help="The new policy, for fdi analyze --policy FILE.",
+    help="The new policy; use it by fdi analyze --policy FILE.",
 )
 @model_option()
-@policy_option("What to begin with.", metavar="default|FILE")
-@force_option("Replace FILE where it exists.")
+@policy_option("The policy to begin with.", metavar="default|FILE")
+@force_option("Replace FILE if it exists.")
 @QUIET
 @NO_PROGRESS
 def calibrate(
@@ -40,15 +40,15 @@ def calibrate(
     quiet: bool,
     no_progress: bool,
 ) -> int:
-    """Learn from LOGs of healthy flights of one vehicle how its tests behave.
+    """Learn from healthy flights of one vehicle what is usual for it, and write a policy.
 
-    Learned are thresholds, constants, and the parameters that the model identifies: their mean and
-    how far a later flight may differ. What was wrong before take-off shows against those. Three
-    flights are few, five are better; one tells no spread between flights.
+    It learns thresholds, constant offsets, and the parameters that the model identifies: their mean
+    and how far a later flight may differ. Against these also shows what was wrong before take-off.
+    Three flights are few, five are better; one flight tells nothing of the spread between flights.
 
-    Prints what was learned of parameters, and how often these flights are accused now, and by a
-    policy that was learned from the others. Refused is a flight that ends with an impact, or on
-    which a component is accused by far.
+    Prints the learned parameters, how often these flights were accused before, and how often each
+    is accused by a policy that was learned from the others. A flight that ends with an impact, or
+    on which a component is clearly accused, is refused.
     """
     if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")

@@ -12,10 +12,12 @@ from fdi.cli.output import answer, show
 @click.command(epilog="Example: fdi check flip_on_takeoff.bin")
 @click.argument("log", metavar="LOG", type=FILE)
 @SYSTEM
-@click.option("--check", "fails", is_flag=True, help="Exit with 1 if anything is set up wrongly.")
+@click.option(
+    "--check", "fails", is_flag=True, help="Exit with code 1 if anything is set up wrongly."
+)
 @JSON
 def check(log: str, system: int | None, fails: bool, as_json: bool) -> int:
-    """Say what of LOG's vehicle was set up wrongly: motors, surfaces, sensors, thrust."""
+    """Say what was set up wrongly on the vehicle of LOG: motors, surfaces, sensors, thrust."""
     from fdi.methods.setup import check_setup
     from fdi.telemetry import read
 

@@ -20,8 +20,8 @@ from fdi.errors import UsageError
     multiple=True,
     type=FILE,
     metavar="LOG",
-    help="This one makes the band, whether or not it is among LOG; repeatable. By default those in "
-    "which nobody is accused.",
+    help="A healthy flight, for the band; also one that is not among LOG. May be given "
+    "several times. By default those on which nobody is accused.",
 )
 @model_option()
 @policy_option()
@@ -31,7 +31,7 @@ from fdi.errors import UsageError
     "--figure",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Draw the tests that differ most, as svg, pdf or png.",
+    help="Draw the tests that differ most; svg, pdf or png.",
 )
 @NO_PROGRESS
 def compare(
@@ -44,11 +44,11 @@ def compare(
     figure: Path | None,
     no_progress: bool,
 ) -> int:
-    """Set the same tests of several flights beside each other, aligned at take-off.
+    """Compare flights of one vehicle: by which tests does one of them differ from the others?
 
-    The healthy flights make a band; told are the tests by which a flight leaves it furthest, the
-    parameters that differ between the logs, and what the model identified with each. A log may
-    hold several flights.
+    Flights are aligned at take-off. The healthy ones give a band for each test. Prints the tests by
+    which a flight leaves its band furthest, the parameters that differ between the logs, and the
+    values that the model identified on each flight. A log may hold several flights.
     """
     from fdi.report.paper import DPI, picture_kind
 

@@ -14,7 +14,11 @@ from fdi.cli.output import answer, progress_bar
 @click.command(epilog="Example: fdi convert flight.bin --out flight.parquet")
 @click.argument("log", metavar="LOG", type=FILE)
 @click.option(
-    "--out", type=click.Path(path_type=Path), metavar="DIR", required=True, help="Folder."
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    required=True,
+    help="The folder to write.",
 )
 @SYSTEM
 @force_option()
@@ -23,7 +27,7 @@ from fdi.cli.output import answer, progress_bar
 def convert(
     log: str, out: Path, system: int | None, force: bool, quiet: bool, no_progress: bool
 ) -> int:
-    """Write LOG as a folder with a Parquet file per message, in SI, and metadata.json."""
+    """Write LOG as a folder: a Parquet file for each message, in SI units, and metadata.json."""
     from fdi.report import check_folder
     from fdi.report import convert as run
     from fdi.report.convert import DOCUMENT, file_names

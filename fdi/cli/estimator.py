@@ -10,9 +10,9 @@ from fdi.cli.one_flight import Asked, asked_of_one_flight
 
 @click.command(epilog="Example: fdi estimator flight.ulg --out health")
 @click.argument("log", metavar="LOG", type=FILE)
-@asked_of_one_flight("Folder for text, JSON, and the figures of ratios and fault trees.")
+@asked_of_one_flight("Folder for text, JSON, and figures of the ratios and the fault tree.")
 def estimator(asked: Asked, log: str) -> int:
-    """Say whether the estimator of LOG was healthy: ratios, faults, cores, what made it fail."""
+    """Say whether the navigation estimator was healthy in LOG, and if not, what made it fail."""
     from fdi.methods.estimator import estimator_health
     from fdi.report.estimator_document import estimator_document
     from fdi.report.estimator_files import FILES, write_estimator

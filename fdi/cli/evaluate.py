@@ -23,25 +23,39 @@ if TYPE_CHECKING:
 @click.argument("labels", metavar="LABELS.json...", nargs=-1, required=True, type=FILE)
 @policy_option()
 @METHODS
-@click.option("--only", metavar="PATTERN", multiple=True, help="Only flights like 'sitl/copter/*'.")
+@click.option(
+    "--only",
+    metavar="PATTERN",
+    multiple=True,
+    help="Only flights whose key matches, such as 'sitl/copter/*'; may be given several times.",
+)
 @WORKERS
-@click.option("--inject", "is_injected", is_flag=True, help="Detection against size instead.")
+@click.option(
+    "--inject",
+    "is_injected",
+    is_flag=True,
+    help="Instead, inject faults of growing size into the healthy flights.",
+)
 @click.option(
     "--kind",
     type=click.Choice(["bias", "drift", "noise"]),
     default="bias",
     show_default=True,
-    help="What --inject injects.",
+    help="With --inject: the kind of fault.",
 )
 @click.option(
     "--moments",
     type=click.IntRange(1, 20),
     default=2,
     show_default=True,
-    help="How often --inject injects each fault into a flight.",
+    help="With --inject: at how many moments of a flight each fault is injected.",
 )
 @click.option(
-    "--channel", "channels", multiple=True, metavar="CHANNEL", help="Only there; of --inject."
+    "--channel",
+    "channels",
+    multiple=True,
+    metavar="CHANNEL",
+    help="With --inject: only into this channel; may be given several times.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the figures as JSON.")
 @NO_PROGRESS
@@ -58,17 +72,20 @@ def evaluate(
     as_json: bool,
     no_progress: bool,
 ) -> int:
-    """Score the analyses of the flights that one LABELS.json or several describe.
+    """Score the analyses of flights whose faults are known, as LABELS.json describes them.
 
-    Prints how many faults were detected, named first, named in time, and how many accusations were
-    wrong, each with its 95 % interval and beside what a constant answer would score; on how many
-    flights a component that failed is cleared; and how many are named first without the tests that
-    read a recorded command (a throttle cut, an output held or stopped), for which every flight is
-    analysed a second time. First come the figures out of sample, by labels file: the weights of
-    the diagnosis are fitted anew without the recording, the kind of component or the origin of the
-    flight that they are scored on. With --inject
-    it asks of the healthy flights (take few: --only) how big a fault at each channel of a sensor
-    must be to be detected and named.
+    Prints how many faults were detected, named first and named in time, and how many accusations
+    were wrong. Each figure has its 95 % interval and stands beside what a constant answer would
+    score. Prints also on how many flights a component that failed was ruled out, and how many
+    faults are named first without the tests that read a recorded command (a throttle cut, an output
+    held or stopped); for this every flight is analysed a second time.
+
+    First come the figures out of sample, for each labels file: the weights of the diagnosis are
+    fitted anew without the recording, the kind of component or the origin of the flight that they
+    are then scored on.
+
+    With --inject it finds how large a fault at each channel of a sensor must be to be detected and
+    named, on the healthy flights. That takes long: choose a few by --only.
     """
     context = get_current_context()
     for name, option in (("kind", "--kind"), ("moments", "--moments"), ("channels", "--channel")):

@@ -19,25 +19,35 @@ WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence")
 @click.command(epilog="Example: fdi figure crash.bin --what evidence --out evidence.pdf")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=FILE)
 @click.option(
-    "--what", type=click.Choice(WHATS), default="grid", show_default=True, help="What is drawn."
+    "--what",
+    type=click.Choice(WHATS),
+    default="grid",
+    show_default=True,
+    help="Which figure, see above.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Where to, as svg, pdf or png; by default LOG-stem-WHAT.svg in the working directory.",
+    help="The file: svg, pdf or png. By default LOG-WHAT.svg in the working directory.",
 )
 @click.option(
-    "--channel", "channels", multiple=True, metavar="MESSAGE.FIELD", help="Of channels; repeatable."
+    "--channel",
+    "channels",
+    multiple=True,
+    metavar="MESSAGE.FIELD",
+    help="For channels: one to draw; may be given several times.",
 )
-@click.option("--test", metavar="TEST", help="Of residual: an id, a statement or a component.")
+@click.option(
+    "--test", metavar="TEST", help="For residual: a test's id, an equation or a component."
+)
 @click.option(
     "--finding",
     type=click.IntRange(1),
     default=1,
     show_default=True,
     metavar="N",
-    help="Of evidence, channels and residual: the finding's rank.",
+    help="For evidence, channels and residual: the rank of the finding.",
 )
 @click.option(
     "--width",
@@ -45,7 +55,7 @@ WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence")
     default=85.0,
     show_default=True,
     metavar="MM",
-    help="Of the figure; 85 is one column, 175 both.",
+    help="Width of the figure; 85 is one column of a page, 175 both.",
 )
 @model_option()
 @policy_option()
@@ -53,7 +63,7 @@ WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence")
     "--window",
     metavar="A:B",
     callback=read_window,
-    help="Seconds of the log's clock.",
+    help="Only from A to B, in seconds of the log's clock.",
 )
 @SYSTEM
 @QUIET
@@ -75,8 +85,8 @@ def figure(
 ) -> int:
     """Draw one figure of the analysis of LOG, readable in one column of a paper.
 
-    grid: marked faults over time. track: where the vehicle flew. channels: recorded channels.
-    residual: a test with its threshold. isolability: which faults can be told apart.
+    grid: which faults are marked, over time. track: where the vehicle flew. channels: recorded
+    channels. residual: a residual with its threshold. isolability: which faults can be told apart.
     evidence: the curves behind a finding.
     """
     from fdi.report.paper import check_request, picture_kind

@@ -20,10 +20,10 @@ from fdi.errors import OutputError
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Write the weights there; the package reads fdi/diagnosis/likelihood.json.",
+    help="Write the weights into this file. fdi itself uses fdi/diagnosis/likelihood.json.",
 )
 @policy_option()
-@force_option("Replace FILE where it exists.")
+@force_option("Replace FILE if it exists.")
 @WORKERS
 @NO_PROGRESS
 def fit(
@@ -34,10 +34,10 @@ def fit(
     workers: int | None,
     no_progress: bool,
 ) -> int:
-    """Fit the weights of the diagnosis to the flights that one LABELS.json or several describe.
+    """Fit the weights of the diagnosis to flights whose faults are known.
 
-    Prints each weight with its interval of 95 %. What the weights are worth on flights that they
-    have not seen, fdi evaluate tells.
+    LABELS.json describes these flights. Prints each weight with its 95 % interval. How good the
+    weights are on flights that they have not seen is printed by fdi evaluate.
     """
     if out is not None and out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")

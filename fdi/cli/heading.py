@@ -37,23 +37,25 @@ def read_assumed(
     "recovered",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="FILE",
-    help="Write what the failed block would have said, .parquet or .csv, with deviations.",
+    help="Write what the failed sensor would have measured, with standard deviations; "
+    ".parquet or .csv.",
 )
 @click.option(
     "--assume",
     callback=read_assumed,
     metavar="BLOCK@S",
-    help="With --recover: this block failed at that time, instead of the one that is named.",
+    help="With --recover: suppose that this block failed at S seconds, whatever the comparison "
+    "names: satellite, magnetometer, accelerometer or angular_rate.",
 )
 @asked_of_one_flight(
     "Folder for text, JSON and figures.",
-    force="Write over FILE, and into a folder that fdi did not make; a file in the way there is "
-    "kept as NAME.1.",
+    force="Replace FILE, and write even into a folder that fdi did not make; a file in the way "
+    "there is kept as NAME.1.",
 )
 def heading(
     asked: Asked, log: str, recovered: Path | None, assume: tuple[str, float] | None
 ) -> int:
-    """Cross-check the headings of LOG: compass, course, gyroscopes, estimator; name who is off."""
+    """Compare compass, course, gyroscopes and estimator in LOG, and name the one that is off."""
     from fdi.errors import UsageError
     from fdi.methods.heading import cross_check, recover
     from fdi.report.heading_document import heading_document

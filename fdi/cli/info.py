@@ -14,7 +14,7 @@ from fdi.cli.output import answer, show
 @SYSTEM
 @JSON
 def info(log: str, system: int | None, as_json: bool) -> int:
-    """Say what is in LOG: vehicle, flights, what happened, messages with rates, damage."""
+    """Say what is in LOG: vehicle, flights, events, messages with their rates, damage."""
     from fdi.telemetry import read
 
     found = read(log, system=system)

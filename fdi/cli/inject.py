@@ -27,11 +27,11 @@ from fdi.errors import OutputError
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
 )
-@model_option("Says which channels a COMPONENT has.")
+@model_option("Airframe model, which says what channels a COMPONENT has.")
 @force_option("Replace FILE where it exists.")
 @QUIET
 def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
-    """Write LOG with a fault, in the same format, everything else as it was.
+    """Write a copy of LOG with a known fault in it, in the same format.
 
     A dropout leaves out the records of the whole message. What a field cannot hold is held at the
     end of its range. DataFlash logs in text form are refused.

@@ -60,19 +60,19 @@ def live_options(command: Any) -> Any:
             "--seconds",
             type=click.FloatRange(min=0.0, min_open=True),
             metavar="S",
-            help="Of a CONNECTION: end after so long; by default Ctrl-C ends it.",
+            help="With a CONNECTION: stop after S seconds; by default Ctrl-C stops it.",
         ),
         click.option(
             "--like",
             metavar="LOG",
-            help="Of a CONNECTION: an earlier log of this vehicle, which tells its frame and more.",
+            help="With a CONNECTION: an earlier log of this vehicle, for its frame and parameters.",
         ),
         click.option(
             "--record",
             "record_to",
             type=click.Path(path_type=Path),
             metavar="FILE",
-            help="Of a CONNECTION: the .tlog that is written; by default named after the time.",
+            help="With a CONNECTION: the .tlog to write; by default it is named by the time.",
         ),
     ):
         command = option(command)

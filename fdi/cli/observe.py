@@ -25,23 +25,25 @@ if TYPE_CHECKING:
     "--vehicle",
     default="reference",
     metavar="reference|FILE",
-    help="The reference quadrotor, or a YAML file with mass, inertia and arm of one's own.",
+    help="The reference quadrotor, or a YAML file with the mass, inertia and arm of your own.",
 )
 @click.option(
     "--from",
     "source",
     type=click.Choice(("estimator", "sensors")),
     default="estimator",
-    help="Outputs of the estimator, or of receiver and gyroscopes.",
+    help="What the observer compares with: the estimator's states, or receiver and gyroscopes.",
 )
 @click.option(
-    "--outputs", metavar="LIST", help="Such as x,y,z,psi; by default all that the source tells."
+    "--outputs",
+    metavar="LIST",
+    help="Which states are compared, such as x,y,z,psi; by default all that the source has.",
 )
 @click.option(
     "--gain",
     type=click.Choice(("poles", "kalman")),
     default="poles",
-    help="Placed poles, or the steady Kalman gain.",
+    help="Gain of the observer: by placed poles, or the steady-state Kalman gain.",
 )
 @live_options
 @asked_of_one_flight("Folder for text, JSON, residuals as a table, and the three figures.")
@@ -56,9 +58,10 @@ def observe(
     like: str | None,
     seconds: float | None,
 ) -> int:
-    """Hold LOG's multicopter against a linear observer: thirteen residuals, which motor is weak.
+    """Compare how a multicopter moves with a linear observer, and say which motor is weak.
 
-    Of a CONNECTION (udp:, tcp:, a serial port) the same while it flies, and a .tlog as it goes.
+    With a CONNECTION (udp:, tcp:, a serial port) it does so while the vehicle flies, and records a
+    .tlog.
     """
     from fdi.live.connection import is_connection
     from fdi.methods.observer import observe, read_vehicle

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 FLIGHT: Final = click.option(
-    "--flight", type=click.IntRange(min=1), metavar="N", help="By default the last one."
+    "--flight",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Which flight of the log, from 1; by default the last one.",
 )
 
 

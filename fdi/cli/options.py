@@ -12,18 +12,22 @@ from fdi.cli.completion import model_names, policy_names
 F = TypeVar("F", bound=Callable[..., Any])
 
 SYSTEM: Final = click.option(
-    "--system", type=int, metavar="ID", help="Which vehicle, by its MAVLink system id."
+    "--system",
+    type=int,
+    metavar="ID",
+    help="Which vehicle, by its MAVLink system id, where there are several.",
 )
 WORKERS: Final = click.option(
-    "--workers", type=int, metavar="N", help="Local processes; by default one per core."
+    "--workers", type=int, metavar="N", help="Number of local processes; by default one per core."
 )
 QUIET: Final = click.option("--quiet", "-q", is_flag=True, help="Print nothing.")
-NO_PROGRESS: Final = click.option("--no-progress", is_flag=True, help="No progress bar.")
-JSON: Final = click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+NO_PROGRESS: Final = click.option("--no-progress", is_flag=True, help="Show no progress bar.")
+JSON: Final = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 
 
 def force_option(
-    said: str = "Write into a folder that fdi did not make; a file in the way is kept as NAME.1.",
+    said: str = "Write even into a folder that fdi did not make; a file in the way is kept as"
+    " NAME.1.",
 ) -> Callable[[F], F]:
     """Return the option ``--force`` of a command that writes, with what its help says."""
     return click.option("--force", is_flag=True, help=said)
@@ -52,11 +56,15 @@ METHODS: Final = click.option(
     "--methods",
     metavar="none|all|LIST",
     callback=read_methods,
-    help="Which methods are weighed with the model's tests; by default the policy's.",
+    help="Methods whose tests are weighed with the model's: estimator, heading, observer. By "
+    "default those of the policy.",
 )
 
 
-def model_option(said: str = "Airframe model.") -> Callable[[F], F]:
+def model_option(
+    said: str = "Airframe model: a shipped name, a YAML file, or auto: chosen by the vehicle "
+    "in the log.",
+) -> Callable[[F], F]:
     """Return the option ``--model`` with what its help says."""
     return click.option(
         "--model",
@@ -68,7 +76,9 @@ def model_option(said: str = "Airframe model.") -> Callable[[F], F]:
 
 
 def policy_option(
-    said: str = "The recipe.", *, metavar: str = "default|paper|FILE"
+    said: str = "How tests are chosen and thresholds set: a shipped name or a YAML file.",
+    *,
+    metavar: str = "default|paper|FILE",
 ) -> Callable[[F], F]:
     """Return the option ``--policy`` with what its help says."""
     return click.option(

@@ -26,38 +26,49 @@ EXPORTS: Final = ("py", "csv", "mat", "graphml")
 )
 @click.argument("model", metavar="MODEL", shell_complete=model_names)
 @click.option(
-    "--log", metavar="LOG", type=FILE, help="Only the channels in this log count as present."
+    "--log",
+    metavar="LOG",
+    type=FILE,
+    help="Use only the channels that this log has; without it, all that the model names.",
 )
 @click.option(
     "--place",
     "placing",
     is_flag=True,
-    help="Say which messages that LOG lacks (without LOG: which sensors) would show more.",
+    help="Say which further sensors would show more faults; with --log: which messages that "
+    "LOG lacks.",
 )
 @click.option(
     "--against",
     metavar="OLDER",
     shell_complete=model_names,
-    help="Say what MODEL adds to this older one: equations, tests, faults detected and told apart.",
+    help="Say what MODEL adds to this older model: equations, tests, faults detected and told"
+    " apart.",
 )
 @JSON
 @click.option(
     "--sizes",
     is_flag=True,
-    help="With --log: how large each fault must be to be seen within 5 s, and to be told.",
+    help="With --log: how large each fault must be to be seen within 5 s, and to be told from"
+    " the others.",
 )
 @click.option(
     "--figure",
     metavar="KIND|FILE",
-    help=f"Draw {', '.join(FIGURES)}; or the isolability matrix into FILE ({', '.join(PICTURES)}).",
+    help=f"Draw {', '.join(FIGURES[:-1])} or {FIGURES[-1]}. A FILE ({', '.join(PICTURES)}) "
+    "gets the isolability.",
 )
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Where the figure goes; MODEL-KIND.svg without it.",
+    help="File of the figure; by default MODEL-KIND.svg.",
 )
-@click.option("--test", metavar="ID", help="Of graph, dm, matching, sequence: a generator, as r3.")
+@click.option(
+    "--test",
+    metavar="ID",
+    help="For graph, dm, matching and sequence: draw only this residual generator, such as r3.",
+)
 @click.option(
     "--export",
     type=click.Path(path_type=Path),
@@ -76,7 +87,10 @@ def structure(
     test: str | None,
     export: Path | None,
 ) -> int:
-    """Check MODEL, a shipped name or a file, and say which faults it can detect and tell apart."""
+    """Check a model, and say which faults it can detect and tell apart.
+
+    MODEL is a shipped name, such as quadcopter, or a YAML file.
+    """
     what, path = _picture(figure, out, model)
     kind = _ending(path, PICTURES, "picture")
     form = _ending(export, EXPORTS, "export")

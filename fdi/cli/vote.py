@@ -58,34 +58,58 @@ def _seconds(option: str, said: str) -> Callable[[F], F]:
     type=click.Choice(["recorded", "thesis"]),
     default="recorded",
     show_default=True,
-    help="Rules as the published program ran, or as its text states them.",
+    help="The rules as the published program ran, or as its thesis states them.",
 )
-@_seconds("--cycle", "What if: from one comparison, message and vote to the next.")
-@_seconds("--delay", "What if: after take-off until there is a comparison.")
-@_seconds("--persistence", "What if: an error counts once it was blamed for longer.")
-@_seconds("--hold", "What if: it counts until it was not blamed for longer.")
-@_seconds("--silence", "What if: who was not heard of for longer is silent.")
-@_seconds("--transport", "What if: a message takes so long.")
-@_seconds("--selection-hold", "What if: the count of the votes sleeps so long.")
-@click.option("--quorum", type=int, metavar="N", help="What if: so many votes are counted.")
+@_seconds(
+    "--cycle", "What if this were the time from one comparison, message and vote to the next."
+)
+@_seconds("--delay", "What if comparisons began so long after take-off.")
+@_seconds("--persistence", "What if an error counted after it was blamed for so long.")
+@_seconds("--hold", "What if it then counted until it was not blamed for so long.")
+@_seconds("--silence", "What if an autopilot not heard for so long counted as silent.")
+@_seconds("--transport", "What if a message took so long to arrive.")
+@_seconds(
+    "--selection-hold", "What if the program that counts votes paused so long after each count."
+)
+@click.option(
+    "--quorum",
+    type=int,
+    metavar="N",
+    help="What if votes were counted as soon as N autopilots have voted.",
+)
 @click.option(
     "--age-from",
     type=click.Choice(["sent", "received"]),
-    help="What if: silence counts from the sender's stamp, or from the reception.",
+    help="What if silence counted from the sender's time stamp, or from the reception.",
 )
-@click.option("--flags", metavar="NAME,...", help="What if: these flags are compared.")
-@_seconds("--phase", "The cycles run freely, so long after each log's first record.")
-@_seconds("--onset", "When something failed, s of the first log: reactions count from there.")
-@click.option("--simulate", metavar="N,...", help="Without logs: so many autopilots, at random.")
+@click.option("--flags", metavar="NAME,...", help="What if only these flags were compared.")
+@_seconds("--phase", "Let the cycles run freely, from so long after each log's first record.")
+@_seconds(
+    "--onset",
+    "When something failed, in seconds of the first log; reaction times count from there.",
+)
+@click.option(
+    "--simulate",
+    metavar="N,...",
+    help="Without logs: simulate N autopilots with random failures; several N in turn.",
+)
 @click.option(
     "--fail",
     multiple=True,
     metavar="KIND[:NUMBER]",
-    help="An autopilot is faulty, mute, dead, stuck or lying; of --simulate.",
+    help="With --simulate: an autopilot is faulty, mute, dead, stuck or lying, such as lying:2.",
 )
-@click.option("--outside", is_flag=True, help="All flags turn bad from outside; of --simulate.")
 @click.option(
-    "--loss", type=float, default=0.0, metavar="SHARE", help="Messages lost; of --simulate."
+    "--outside",
+    is_flag=True,
+    help="With --simulate: a cause from outside turns the flags of all autopilots bad.",
+)
+@click.option(
+    "--loss",
+    type=float,
+    default=0.0,
+    metavar="SHARE",
+    help="With --simulate: share of messages that are lost.",
 )
 @click.option(
     "--lasts",
@@ -93,37 +117,55 @@ def _seconds(option: str, said: str) -> Callable[[F], F]:
     default=50.0,
     show_default=True,
     metavar="S",
-    help="How long a run goes on after the failure; of --simulate.",
+    help="With --simulate: how long a run goes on after the failure.",
 )
-@click.option("--runs", type=int, default=1000, show_default=True, help="How many; of --simulate.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the draws; --simulate.")
 @click.option(
-    "--mttf", type=float, metavar="H", help="Mean time to failure of an autopilot; --simulate."
+    "--runs", type=int, default=1000, show_default=True, help="With --simulate: number of runs."
 )
-@click.option("--flight", type=float, metavar="H", help="Length of a flight; of --simulate.")
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="With --simulate: seed of the random numbers.",
+)
+@click.option(
+    "--mttf",
+    type=float,
+    metavar="H",
+    help="With --simulate: mean time to failure of one autopilot.",
+)
+@click.option(
+    "--flight",
+    type=float,
+    metavar="H",
+    help="With --simulate: length of a flight, for the reliability.",
+)
 @click.option(
     "--voter",
     type=float,
     default=1.0,
     show_default=True,
     metavar="R",
-    help="Reliability of what counts the votes; of --simulate.",
+    help="With --simulate: reliability of what counts the votes.",
 )
-@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Figures and tables.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder for figures and tables."
+)
 @force_option()
 @JSON
 @QUIET
 def vote(logs: Sequence[str], simulate: str | None, **asked: Any) -> int:
     """Say which of several autopilots of one vehicle the voter selects, when and why.
 
-    LOG are the logs of the autopilots, in any order; one is enough if it holds the flags that it
+    Give the logs of the autopilots, in any order. One is enough if it holds the flags that it
     received from the others. Each autopilot's part of the voter is replayed from the flags alone,
-    and compared with what the log's own voter wrote. Another time, rate or list of flags is a
-    "what if", told beside the preset.
+    and compared with what the voter itself wrote into the log. The options "what if" change a rule;
+    their answer is printed beside that of the preset.
 
-    With --simulate there are no logs: the same rules run for N autopilots, messages are lost and
-    autopilots fail at random; printed is how often the wrong one is in charge, and how reliable so
-    many units are. Without --fail, --outside and --loss it goes through a list of scenarios.
+    With --simulate there are no logs: the same rules run for N autopilots that fail at random.
+    Prints how often the wrong one is in charge, and how reliable N units are. Without --fail,
+    --outside and --loss it goes through a list of scenarios.
     """
     if bool(logs) == (simulate is not None):
         raise UsageError(

@@ -19,11 +19,11 @@ from fdi.errors import UsageError
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Folder for the analysis of the whole flight, after the end.",
+    help="At the end, analyse the whole recording and write the report into this folder.",
 )
 @live_options
 @SYSTEM
-@click.option("--force", is_flag=True, help="Write into a folder that fdi did not make.")
+@click.option("--force", is_flag=True, help="Write even into a folder that fdi did not make.")
 def watch(
     connection: str,
     model: str,
@@ -35,9 +35,9 @@ def watch(
     system: int | None,
     force: bool,
 ) -> int:
-    """Run the tests of a model on a CONNECTION (udp:, tcp:, a serial port), and keep a .tlog.
+    """Run the tests of a model while the vehicle flies, and record a .tlog.
 
-    Ctrl-C ends it.
+    CONNECTION is udp:HOST:PORT, tcp:HOST:PORT or a serial port. Ctrl-C stops it.
     """
     from fdi.analysis import analyze
     from fdi.decision import load_policy

@@ -102,7 +102,9 @@ def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
 
 
 def _messages(airframe: Airframe, log: Log) -> Placement:
-    sources = dict.fromkeys(str(m.channel.source) for m in airframe.measurements)
+    # what a method makes, nobody can record
+    told = (m for m in airframe.measurements if not m.made_by)
+    sources = dict.fromkeys(str(m.channel.source) for m in told)
     candidates = tuple(s for s in sources if is_lacking(s, log) and recorded_as(s, log))
 
     @cache

@@ -124,6 +124,14 @@ def test_without_a_log_it_is_sensors_of_variables(tmp_path):
     assert {gain.name for gain in found.gains} == {"altitude", "climb"}
 
 
+def test_nobody_is_told_to_record_what_a_method_makes(tmp_path):
+    path = tmp_path / "balloon.yaml"
+    made = "{component: barometer, made_by: heading, fields:"
+    path.write_text(MODEL.replace("{component: barometer, fields:", made))
+    log = stub_log({"GPS_RAW_INT": ["alt"], "GLOBAL_POSITION_INT": ["alt"]}, units=UNITS)
+    assert place(load_airframe(path), log).candidates == ("VFR_HUD", "WIND", "WIND_COV")
+
+
 def test_a_log_without_anything_of_the_model_is_refused(balloon):
     with pytest.raises(LogError, match="no message that the model 'balloon' measures"):
         place(balloon, stub_log({"HEARTBEAT": ["type"]}, units=UNITS))
