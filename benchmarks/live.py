@@ -83,13 +83,12 @@ def filled(path: Path, rate: float, seconds: float) -> list[tuple[float, bytes]]
 def between(first: tuple, last: tuple, times: int, link: mav.MAVLink) -> list[tuple[float, bytes]]:
     """Return so many records from one to the next; angles that turn round stay."""
     (t, a), (end, b) = first, last
-    names = [name for name in a.ordered_fieldnames if not isinstance(getattr(a, name), (bytes, str))]  # fmt: skip
     found = []
     for share in np.arange(times) / times:
         values = []
         for name in a.fieldnames:
             low, high = getattr(a, name), getattr(b, name)
-            plain = name in names and not isinstance(low, list)
+            plain = isinstance(low, (int, float))
             turns = name in ("yaw", "hdg", "cog", "heading") and abs(high - low) > 3.2
             value = low if not plain or turns else low + share * (high - low)
             values.append(value if isinstance(low, float) or not plain else round(value))
@@ -114,6 +113,7 @@ class Player:
         self.thread.start()
 
     def play(self) -> None:
+        """Play all of it to the first who connects."""
         other, _ = self.server.accept()
         began, row = time.monotonic(), 0
         while row < len(self.frames):
@@ -126,7 +126,7 @@ class Player:
 
 
 def used(pid: int) -> tuple[float, float]:
-    """Return CPU s and resident MB of a process."""
+    """Return CPU s and resident MB of a process (Linux)."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS, int(fields[21]) * PAGE_MB
 
@@ -150,7 +150,10 @@ def played(command: str, frames: list[tuple[float, bytes]], speed: float, folder
         drain(own)
         if not seen or player.sent > seen[-1][0] + 5:
             seen.append((player.sent, *used(process.pid)))
-    time.sleep(2.0)
+    size = -1
+    while size < (size := kept.stat().st_size):  # what is in the socket still is kept, too
+        for _ in range(10):
+            drain(own)
     seen.append((player.sent, *used(process.pid)))
     process.send_signal(signal.SIGINT)
     while process.poll() is None:
