@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import rich_click as click
 from fdi.cli.completion import FILE
 from fdi.cli.live import follow, live_options
 from fdi.cli.one_flight import Asked, asked_of_one_flight
+from fdi.cli.output import complain
 from fdi.errors import UsageError
 
 if TYPE_CHECKING:
@@ -80,7 +82,10 @@ def observe(
         if given is not None:
             own = _as_flown(own, given)
         kept = _live(log, own, given, source, wanted, gain, record_to, asked.system, seconds)
-        if kept is None or asked.out is None:
+        if kept is None:
+            return 0
+        if asked.out is None:
+            complain(f"the figures of it: fdi observe {shlex.quote(str(kept))} --out observed")
             return 0
         log = str(kept)
     elif record_to or like or seconds:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import rich_click as click
 
 from fdi.cli.live import follow, live_options
 from fdi.cli.options import SYSTEM, model_option, policy_option
+from fdi.cli.output import complain
 from fdi.errors import UsageError
 
 
@@ -63,6 +65,9 @@ def watch(
         system=system,
         seconds=seconds,
     )
-    if kept is not None and out is not None:
+    if kept is not None and out is None:
+        told = f"fdi analyze {shlex.quote(str(kept))} --out analysis"
+        complain(f"the report of the whole flight: {told}")
+    elif kept is not None and out is not None:
         write_report(analyze(kept, model=model, policy=policy, system=system), out, force=force)
     return 0

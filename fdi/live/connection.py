@@ -62,8 +62,17 @@ def is_connection(text: str) -> bool:
     if serial is None:
         return False
     path = Path(serial[1])
-    is_port = serial[1][:4] != "/dev" or not path.exists()
-    return is_port or stat.S_ISCHR(path.stat().st_mode)
+    if serial[1][:4] != "/dev" or stat.S_ISCHR(_mode(path)):
+        return True
+    # one that is not plugged in; and no file of a folder that there is not
+    return _mode(path) == 0 and path.parent.is_dir()
+
+
+def _mode(path: Path) -> int:
+    try:
+        return path.stat().st_mode
+    except OSError:
+        return 0
 
 
 def open_link(text: str) -> Link:

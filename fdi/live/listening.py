@@ -13,11 +13,13 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
-from fdi.live.connection import Link
+from fdi.live.connection import PIECE, Link
 from fdi.live.session import Session
 
 WAIT_S: Final = 0.1
 """Ctrl-C is heard within that."""
+GATHER_S: Final = 0.05
+"""What comes within it is one piece: a millisecond a packet would be a tenth of a core."""
 
 
 class Stop:
@@ -72,10 +74,22 @@ def listen(
     with stopping() as stop:
         try:
             while not stop.pressed and time.monotonic() < end:
-                data = link.receive(WAIT_S)
-                tell(session.take(data, time.monotonic()))
+                tell(session.take(_gathered(link, stop), time.monotonic()))
             tell(session.take(b"", time.monotonic(), is_last=True))
         finally:
             session.recorder.close()
     if stop.pressed and not session.hearing.frames:
         raise KeyboardInterrupt
+
+
+def _gathered(link: Link, stop: Stop) -> bytes:
+    """Return what comes within `GATHER_S` of the first bytes, nothing after `WAIT_S` without."""
+    found = [link.receive(WAIT_S)]
+    size, until = len(found[0]), time.monotonic() + GATHER_S
+    while found[-1] and size < PIECE and not stop.pressed:
+        if (left := until - time.monotonic()) <= 0:
+            break
+        time.sleep(left)  # to be woken by every packet is what costs
+        found.append(link.receive(0.0))
+        size += len(found[-1])
+    return b"".join(found)

@@ -2,11 +2,13 @@
 
 In: what an engine holds of the last minute. Out: a table that is drawn anew twice a second, with a
 sparkline for every residual: how much of its threshold it took, the largest of every two seconds.
-Where there is no terminal only the lines are written.
+Nothing is wrapped: on a narrow terminal a sparkline shows less of the minute, on a low one there
+are fewer tests. Where there is no terminal only the lines are written.
 """
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -26,12 +28,20 @@ from fdi.telemetry.message import Floats
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+    from rich.table import Table
 
 REFRESH_S: Final = 0.5
 BINS: Final = 30
+FEWEST_BINS: Final = 5
 LEVELS: Final = "▁▂▃▄▅▆▇█"
 MOST_ROWS: Final = 12
-_WIDEST: Final = 60
+_BESIDE_OBSERVER: Final = 42
+"""Letters in a row of the observer's view beside the sparkline."""
+_BESIDE_BANK: Final = 26
+_COMPARES: Final = 24
+"""Letters that what a test compares needs at least to say anything."""
+_AROUND: Final = 6
+"""Lines for headline, heading, and what was told last."""
 _STALE_S: Final = 1.0
 
 Tell = Callable[[list[str]], None]
@@ -65,10 +75,10 @@ def sparkline(t: Floats, share: Floats, *, now: float) -> str:
 def observer_view(hearing: Hearing, seen: Observing) -> RenderableType:
     """Return what is drawn of an observer."""
     from rich.console import Group
-    from rich.table import Table
 
     now = hearing.boot_s
-    rows = Table("residual", "off by", "threshold", f"the last {SHOWN_S:.0f} s", box=None)
+    bins = _bins(shutil.get_terminal_size().columns - _BESIDE_OBSERVER)
+    rows = _table("residual", "off by", "threshold", f"last {_seconds(bins):.0f} s")
     recent = seen.recent
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.abs(recent.off) / recent.threshold
@@ -84,7 +94,7 @@ def observer_view(hearing: Hearing, seen: Observing) -> RenderableType:
             text(name, style),
             text(f"{recent.off[row, last]:+.3g} {UNITS[name]}", style),
             f"{recent.threshold[row, last]:.3g}",
-            text(sparkline(recent.t, share[row], now=now), style),
+            text(sparkline(recent.t, share[row], now=now)[-bins:], style),
         )
     return Group(text(headline(hearing, seen), "bold"), rows)
 
@@ -92,25 +102,45 @@ def observer_view(hearing: Hearing, seen: Observing) -> RenderableType:
 def bank_view(hearing: Hearing, seen: Watching) -> RenderableType:
     """Return what is drawn of a bank: the tests that came nearest to their thresholds."""
     from rich.console import Group
-    from rich.table import Table
 
-    rows = Table("test", "of its threshold", f"the last {SHOWN_S:.0f} s", "compares", box=None)
+    width, height = shutil.get_terminal_size()
+    bins = _bins(width - _BESIDE_BANK - _COMPARES)
+    most = min(max(height - _AROUND, 1), MOST_ROWS)
+    rows = _table("test", "of threshold", f"last {_seconds(bins):.0f} s", "compares")
     if seen.alarms is not None:
         bank, now = seen.alarms.residuals.bank, hearing.boot_s
         t = seen.alarms.residuals.t + seen.offset
         strength = np.where(seen.alarms.unfit[:, None], np.nan, seen.alarms.strength)
         late = strength[:, t >= t[-1] - SHOWN_S]
         largest = np.nan_to_num(late).max(axis=1, initial=0.0)
-        for row in np.argsort(-largest, kind="stable")[:MOST_ROWS].tolist():
+        for row in np.argsort(-largest, kind="stable")[:most].tolist():
             active = any(a.row == row and t[-1] - a.end < _STALE_S for a in seen.known)
             style = "bold red" if active else ""
             rows.add_row(
                 text(bank.generators[row].id, style),
                 text(f"{largest[row]:.2f}", style),
-                text(sparkline(t, strength[row], now=now), style),
-                text(bank.describe(bank.generators[row])[:_WIDEST], style),
+                text(sparkline(t, strength[row], now=now)[-bins:], style),
+                text(_cut(bank.describe(bank.generators[row]), width - _BESIDE_BANK - bins), style),
             )
     return Group(text(bank_headline(hearing, seen), "bold"), rows)
+
+
+def _bins(room: int) -> int:
+    return min(max(room, FEWEST_BINS), BINS)
+
+
+def _cut(words: str, room: int) -> str:
+    return words if len(words) <= room else f"{words[: max(room - 1, 0)]}…"
+
+
+def _seconds(bins: int) -> float:
+    return bins * SHOWN_S / BINS
+
+
+def _table(*titles: str) -> Table:
+    from rich.table import Column, Table
+
+    return Table(*(Column(title, no_wrap=True) for title in titles), box=None)
 
 
 def bank_headline(hearing: Hearing, seen: Watching) -> str:
@@ -118,7 +148,8 @@ def bank_headline(hearing: Hearing, seen: Watching) -> str:
     if seen.accused:
         last = seen.accused[-1]
         since = hearing.boot_s - last.onset
-        found = f"{last.component} since {since:.0f} s ago ({100 * last.confidence:.0f} % sure)"
+        sure = f"{100 * last.confidence:.0f} % sure"
+        found = f"ACCUSED: {last.component}, it began {since:.0f} s ago ({sure})"
     elif seen.learned is not None:
         found = "nobody accused"
     else:
@@ -138,8 +169,8 @@ def headline(hearing: Hearing, seen: Observing) -> str:
     if seen.motors:
         last = seen.motors[-1]
         since, ended = hearing.boot_s - last.start, hearing.boot_s - last.end
-        over = f", till {ended:.0f} s ago" if ended > LASTS_S + _STALE_S else ""
-        found = f"motor {last.number} weak since {since:.0f} s ago{over}"
+        over = f", it ended {ended:.0f} s ago" if ended > LASTS_S + _STALE_S else ""
+        found = f"MOTOR {last.number} is weak, it began {since:.0f} s ago{over}"
     elif seen.alarms:
         since = hearing.boot_s - seen.alarms[-1].start
         found = f"nobody accused; {seen.alarms[-1].residual} beyond its threshold {since:.0f} s ago"

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.live.hearing import Hearing
 from fdi.live.recorder import Recorder
@@ -53,6 +54,7 @@ class Session:
     _left: bytes = b""
     _waiting: deque[tuple[Piece, int]] = field(default_factory=deque)
     _ticked: tuple[float, float] = (-np.inf, -np.inf)
+    _count: NDArray[np.int64] = field(default_factory=lambda: np.zeros(2, np.int64))
     _boots: int = 0
     _was_armed: bool = False
 
@@ -80,7 +82,11 @@ class Session:
         return [*lines, *self.hearing.idle(now)]
 
     def _keep(self, piece: Piece, stamp: int) -> None:
-        """Hand the vehicle's records on; till it is known who that is keep all, within bounds."""
+        """Hand records on; till it is known who the vehicle is keep all, within bounds.
+
+        Records of others go along while they are the fewer so far: what carries no time has it from
+        where it stands among all of them, as in a file.
+        """
         self._waiting.append((piece, stamp))
         if self.hearing.speaker is None:
             while sum(one.data.size for one, _ in self._waiting) > MOST_WAITING:
@@ -88,8 +94,11 @@ class Session:
             return
         while self._waiting:
             piece, stamp = self._waiting.popleft()
-            own = self.parameters.take(piece.of(piece.system == self.hearing.speaker.system))
-            self.engine.take(own.records(stamp), self.hearing)
+            own = piece.system == self.hearing.speaker.system
+            self.parameters.take(piece, self.hearing.speaker.system)
+            self._count += np.array([own.sum(), own.size - own.sum()])
+            heard = piece if self._count[1] <= self._count[0] else piece.of(own)
+            self.engine.take(heard.records(stamp), self.hearing)
 
     def _turns(self) -> list[str]:
         """Let the engine begin anew after a reboot, and where the vehicle was disarmed."""

@@ -5,9 +5,11 @@ lines. Once a flight has been in the air for half a minute, the chain of files r
 kept of it: channels, bank, parameters, lags, constants, thresholds and the scale of the budget are
 what this minute tells, and stay. From then on the same bank is evaluated anew over a window that is
 longer than any operator of the shipped models looks back (60 s), on the grid that began with the
-flight: its samples are those of the whole flight, but near the ends of the window. The bank and the
-thresholds are not those of a file, which learns from all of the flight. Who is accused is the
-diagnosis of that window.
+flight: its samples are those of the whole flight, but near the ends of the window. The records of
+the flight's beginning stay beside the window, so that what the methods learn from them (levels of
+ratios, offsets of gyroscopes) is what they learn in a file. The bank and the thresholds are not
+those of a file, which learns from all of the flight. Who is accused is the diagnosis of that
+window.
 
 A tick takes a few tenths of a second of processor time and is repeated as often as costs so small a
 share of a core.
@@ -166,6 +168,9 @@ class Watching:
         alarms = chain.policy.decide(chain.residuals)
         told = told_by(chain.residuals, recipe)
         base = since_boot(log)
+        begin, _ = in_air(log.flights[-1])
+        begin += base
+        self._last.beginning = self._first.between(begin - EDGE_S, begin + LEARNED_S)
         self.learned = Learned(chain, told, alarms.scale, log.flights[-1], base)
         self._first.clear()
         count = len(chain.bank.generators)

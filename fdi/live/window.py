@@ -1,8 +1,9 @@
 """The last seconds of a vehicle, as a log.
 
 In: frames as they come. Out: a `Log` by the reader of files, on demand. What lies further back than
-so many seconds of the vehicle's clock, or beyond so many bytes, goes; of parameters the first value
-of each stays, as a file's count as first downloaded, and the last heartbeat says what it is.
+so many seconds of the vehicle's clock, or beyond so many bytes, goes; the beginning of a flight,
+from which methods learn, stays where that is asked for. Of parameters the first value of each stays
+too, as a file's count as first downloaded, and the last heartbeat says what it is.
 """
 
 from __future__ import annotations
@@ -35,24 +36,24 @@ class Parameters:
 
     frames: dict[bytes, bytes] = field(default_factory=dict)
 
-    def take(self, piece: Piece) -> Piece:
-        """Keep the parameters of a piece, and return its other frames."""
-        is_one = piece.number == PARAM_VALUE
+    def take(self, piece: Piece, system: int) -> None:
+        """Keep the parameters that a system sends in a piece."""
+        is_one = (piece.number == PARAM_VALUE) & (piece.system == system)
         for row in np.flatnonzero(is_one).tolist():
             name = piece.bytes_of(row, 25)[_NAME]
             if name not in self.frames and len(self.frames) < MOST_NAMES:
                 frame = piece.data[piece.start[row] : piece.end[row]].tobytes()
                 self.frames[name] = frame
-        return piece.of(~is_one) if is_one.any() else piece
 
 
 @dataclass(slots=True)
 class Window:
-    """Records of the last ``keep_s`` seconds of the vehicle's clock."""
+    """Records of the last ``keep_s`` seconds of the vehicle's clock, and of a ``beginning``."""
 
     name: str
     keep_s: float
     blocks: deque[tuple[float, bytes]] = field(default_factory=deque)
+    beginning: tuple[tuple[float, bytes], ...] = ()
     size: int = 0
 
     def take(self, records: bytes, boot_s: float) -> None:
@@ -71,7 +72,11 @@ class Window:
     def clear(self) -> None:
         """Forget all records."""
         self.blocks.clear()
-        self.size = 0
+        self.beginning, self.size = (), 0
+
+    def between(self, start: float, end: float) -> tuple[tuple[float, bytes], ...]:
+        """Return what came from one time of the vehicle's clock to another, s since boot."""
+        return tuple(block for block in self.blocks if start <= block[0] <= end)
 
     def log(self, hearing: Hearing, parameters: Parameters | None = None) -> Log | None:
         """Return the window as a log; None if empty.
@@ -82,10 +87,12 @@ class Window:
         assert hearing.speaker is not None
         if not self.blocks:
             return None
-        stamp = self.blocks[0][1][:8]
+        earlier = [block for block in self.beginning if block[0] < self.blocks[0][0]]
+        blocks = [*earlier, *self.blocks]
+        stamp = blocks[0][1][:8]
         known = (hearing.beat,) if parameters is None else parameters.frames.values()
         first = [stamp + frame for frame in known]
-        data = np.frombuffer(b"".join([*first, *(b for _, b in self.blocks)]), np.uint8)
+        data = np.frombuffer(b"".join([*first, *(own for _, own in blocks)]), np.uint8)
         try:
             return read_tlog(Path(self.name), data, system=hearing.speaker.system)
         except LogError:  # what there is holds no message: nothing is known yet

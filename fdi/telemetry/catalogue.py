@@ -73,9 +73,7 @@ def mavlink_meaning(
     """
     meaning: dict[str, Any] = {"unit": unit, "invalid": (), "blank": {}, "range": None}
     facts = {"autopilot": autopilot, "vehicle": vehicle}
-    for rule in _rules_of(message):
-        if not any(fnmatchcase(f"{message}.{field}", pattern) for pattern in rule["fields"]):
-            continue
+    for rule in _rules_of(message, field):
         when, unless = rule.get("when", {}), rule.get("unless", {})
         if any(facts[key] not in allowed for key, allowed in when.items()):
             continue
@@ -89,10 +87,10 @@ def mavlink_meaning(
     return FieldMeaning(meaning["unit"], tuple(map(float, meaning["invalid"])), blank, limits)
 
 
-@cache
-def _rules_of(message: str) -> tuple[Mapping[str, Any], ...]:
+@cache  # both are of the dialect: there are so many and no more
+def _rules_of(message: str, field: str) -> tuple[Mapping[str, Any], ...]:
     def concerns(pattern: str) -> bool:
-        return fnmatchcase(message, pattern.partition(".")[0])
+        return fnmatchcase(f"{message}.{field}", pattern)
 
     rules = data_table("units_mavlink")["rules"]
     return tuple(rule for rule in rules if any(map(concerns, rule["fields"])))

@@ -1,5 +1,6 @@
 """A recorded log played into a socket, and into a session without one."""
 
+import itertools
 import socket
 import threading
 from collections.abc import Iterator
@@ -30,6 +31,15 @@ def pieces(path: Path, seconds: float = 0.5) -> Iterator[tuple[float, bytes]]:
     rows = [0, *np.searchsorted(stamps, edges[1:]).tolist(), len(frames)]
     for k, when in enumerate(edges[1:].tolist()):
         yield when, b"".join(frames[rows[k] : rows[k + 1]])
+
+
+def moments(path: Path, seconds: float) -> Iterator[tuple[float, bytes]]:
+    """Yield the first so many seconds of a log as it came: when, and the frames of that moment."""
+    frames, stamps = frames_of(path)
+    frames, stamps = frames[: np.searchsorted(stamps, seconds)], stamps[stamps < seconds]
+    edges = [0, *(np.flatnonzero(np.diff(stamps)) + 1).tolist(), len(frames)]
+    for low, high in itertools.pairwise(edges):
+        yield float(stamps[low]), b"".join(frames[low:high])
 
 
 class Player:

@@ -29,6 +29,8 @@ LEAST_RECORDS: Final = 4
 """Of these 20 s; fewer tell no level."""
 LEAST_LEVEL: Final = 0.05
 """Of the gate; a level below is as good as none, and a growth over it says little."""
+_TIE_S: Final = 1e-6
+"""A record of just so long ago is out, however its time was rounded."""
 MEAN_S: Final = 4.0
 """Of the mean: over this, a single rejected measurement is no rise."""
 GROWN: Final = 4.0
@@ -125,7 +127,7 @@ def own_level(t: Floats, value: Floats, air: Span) -> float | None:
 
 def trailing_mean(t: Floats, value: Floats) -> Floats:
     """Return at each record the mean of what is known of the last 4 s, NaN without any."""
-    first = np.searchsorted(t, t - MEAN_S, side="right")
+    first = np.searchsorted(t, t - MEAN_S + _TIE_S, side="right")
     last = np.arange(1, t.size + 1)
     known = np.isfinite(value)
     total = sums_between(np.where(known, value, 0.0), first, last)
