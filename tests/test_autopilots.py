@@ -54,13 +54,41 @@ NO_CURRENT = dict.fromkeys(("bat_3", "bat_5"), "the simulated battery has no cur
 NO_PARAMETERS = dict.fromkeys(
     ("en_8", "engine_gives_less_thrust"), "FW_AIRSPD_TRIM was not downloaded"
 )
+OFF = dict.fromkeys(("rec_1", "rec_2", "rec_3", "rec_4"), "nothing was recovered before")
+NOT_OBSERVED = dict.fromkeys(
+    (
+        *(f"observed_{name}" for name in ("north", "east", "height", "velocity", "roll", "pitch")),
+        "observed_heading",
+        *(f"motor_{i}_observed_weak" for i in range(1, 7)),
+    ),
+    "the method observer runs only where it is asked for",
+)
+ONE_UNIT = {"twin_gyroscopes": "PX4's telemetry, and a log of one unit, have one gyroscope"}
+NO_SURFACES = dict.fromkeys(
+    (
+        *(f"srf_{i}" for i in range(1, 7)),
+        *(
+            f"{name}_{what}"
+            for name in ("aileron", "elevator", "rudder")
+            for what in ("far_from_trim", "output_held", "turns_otherwise")
+        ),
+        *(f"mom_{name}" for name in ("aileron", "elevator", "rudder")),
+    ),
+    "the telemetry of this VTOL has the lifting motors' outputs alone",
+)
+GENTLE = dict.fromkeys(
+    ("energy_lost_at_full_throttle", "engine_at_idle", "throttle_taken_away",
+     "en_2", "en_3", "en_11"),
+    "the plane never needs full throttle, and is never told to stop",
+)  # fmt: skip
 POOR_LINK = dict.fromkeys(
     ("pos_9", "gps_position_creeps"), "the link loses a second within every minute of this flight"
 )
-PX4_TLOG = SECOND | UNSET | ALWAYS_THERE | INSIDE | NOT_SENT | METRICS
-PX4_ULOG = SECOND | UNSET | SAME | ALWAYS_THERE | NOT_LOGGED | METRICS | NO_CURRENT
-ARDUPILOT_TLOG = SECOND | UNSET | SAME | ALWAYS_THERE | STREAM
-ARDUPILOT_BIN = SECOND | UNSET | ALWAYS_THERE | NOT_LOGGED
+ANY = SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
+PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT
+PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT
+ARDUPILOT_TLOG = ANY | SAME | STREAM
+ARDUPILOT_BIN = ANY | NOT_LOGGED
 CASES = {
     "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
     "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN,
@@ -71,10 +99,10 @@ CLOSED_LOOP = {
     "s20_0024_plane_healthy.tlog": PX4_TLOG | NO_PARAMETERS,
     "s20_0024_plane_healthy.ulg": PX4_ULOG,
     "s20_0043_quad_healthy.tlog": PX4_TLOG | POOR_LINK,
-    "s20_0045_quad_healthy.ulg": PX4_ULOG,
+    "s20_0045_quad_healthy.ulg": PX4_ULOG | ONE_UNIT,
     "s20_0036_hexa_healthy.tlog": PX4_TLOG,
     "s20_0036_hexa_healthy.ulg": PX4_ULOG,
-    "s20_0016_vtol_healthy.tlog": PX4_TLOG,
+    "s20_0016_vtol_healthy.tlog": PX4_TLOG | NO_PARAMETERS | NO_SURFACES | GENTLE,
 }
 """Healthy flights of each vehicle, autopilot and format, and what may never run on them."""
 

@@ -7,7 +7,8 @@ line with the right exit code. Words -> exit code.
 - ``commands.py``: which command is meant, and what an exception means to the shell
 - ``analyze.py``, ``info.py``, ``convert.py``, ``structure.py``, ``evaluate.py``, ``batch.py``,
   ``calibrate.py``, ``inject.py``, ``fit.py``, ``estimator.py``, ``observe.py``, ``heading.py``,
-  ``check.py``, ``vote.py``, ``figure.py``, ``compare.py``: one command each
+  ``check.py``, ``vote.py``, ``figure.py``, ``compare.py``, ``watch.py``: one command each
+- ``live.py``: a connection opened, recorded, heard and ended
 - ``options.py``: what means the same in several commands; ``one_flight.py``: what those share that
   answer one question about one flight
 - ``completion.py``: what a shell offers while a word is typed

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import ModelError
+from fdi.shown import Shown
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Function:
+class Function(Shown):
     """A function for equations.
 
     Attributes

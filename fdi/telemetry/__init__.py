@@ -21,6 +21,7 @@ identity.py   which vehicle: the serial number of its board
 motors.py     where every motor stands, and which way it turns
 sensors.py    sensors that the autopilot stops using
 flights.py    take-off, landing, impact from the data
+lift.py       what carries a VTOL: its rotors or its wings
 airtime.py    from when to when a flight is in the air, and settled
 ends.py       how each flight ends
 columns.py    `log_from_columns`: arrays of one's own as a log

@@ -1,6 +1,5 @@
 """What a browser makes of the page of many logs; skipped where chromium or playwright lack."""
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,6 @@ from ..test_text import HOSTILE
 from .build import accused, finding, row
 from .test_page import HARM
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or ""
-
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium is installed")
 NAMES = "[...document.querySelectorAll('tbody tr:not([hidden]) summary')].map((s) => s.textContent)"
 
 
@@ -33,15 +29,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("fleet") / "t.html"
     path.write_text(fleet_page(rows, "t.parquet"), "utf-8")
     return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    driver = pytest.importorskip("playwright.sync_api")
-    with driver.sync_playwright() as running:
-        found = running.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield found
-        found.close()
 
 
 @pytest.fixture
