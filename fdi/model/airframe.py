@@ -42,6 +42,8 @@ class Airframe(Shown):
         Over the bytes of the file and of what it includes.
     files : tuple of ModelFile
         All of them, included ones first.
+    warnings : tuple of str
+        What is not wrong and may not be meant.
     units : dict of str to Dimension
         What the unit texts of variables and of logs stand for, as far as that is known without
         reading them anew.
@@ -58,6 +60,7 @@ class Airframe(Shown):
     sha256: str
     units: dict[str, Dimension] = field(default_factory=dict)
     files: tuple[ModelFile, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def observe(
         self,
@@ -85,7 +88,7 @@ class Airframe(Shown):
         LogError
             The log has no channel that the model measures.
         """
-        warnings: list[str] = []
+        warnings = list(self.warnings)
         parameters = {name: value_of(p, log) for name, p in self.parameters.items()}
         present = first_inputs(
             with_latency(m, parameters)

@@ -169,6 +169,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         sha256=found.digest.hexdigest(),
         units=_units(variables),
         files=tuple(found.files),
+        warnings=tuple(found.warnings),
     )
 
 

@@ -25,6 +25,10 @@ SECTIONS: Final = (
 )
 
 
+STATEMENTS: Final = ("equations", "limits", "equalities", "inputs", "measurements")
+"""Where nothing refers to an entry by its name: two of one name need not mean the same."""
+
+
 @dataclass(frozen=True, slots=True)
 class Definition:
     """One entry of one file: what it says, and where."""
@@ -44,7 +48,7 @@ class Definitions:
 
     ``folder`` is that of the first file, ``files`` is what was read, ``rows`` are those of a file's
     ``for``, and ``taken`` those of the file that includes it, where it takes columns from there.
-    ``functions`` are those that Python handed over.
+    ``functions`` are those that Python handed over, ``warnings`` what a person should know of it.
     """
 
     folder: Path
@@ -52,6 +56,7 @@ class Definitions:
         default_factory=lambda: {section: {} for section in SECTIONS}
     )
     problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     digest: Any = field(default_factory=hashlib.sha256)
     looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)
     checksums: dict[Path, str] = field(default_factory=dict)

@@ -6,7 +6,7 @@ is looked for beside the file that names it, then beside the first file, then am
 models, and never comes from outside the first file's folder and these: a copied folder of models
 includes its own files. It may take the columns of its ``for`` from the file that names it. A second
 definition of anything is an error unless the file extends the one that made the first, from which
-it may also remove some.
+it may also remove some. A statement that takes the place of one that was not removed is warned of.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fdi.errors import ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.cache import recall, remember
 from fdi.model.columns import Row, rows_of, taken
-from fdi.model.definitions import SECTIONS, Definition, Definitions
+from fdi.model.definitions import SECTIONS, STATEMENTS, Definition, Definitions
 from fdi.model.expression import FUNCTIONS
 from fdi.model.given import Function, named
 from fdi.model.parts import ModelFile
@@ -222,6 +222,11 @@ def _collect(
             earlier = known.get(name)
             if earlier is None or (section, name) in extended:
                 known[name] = definition
+                if earlier and section in STATEMENTS and entry != earlier.entry:
+                    found.warnings.append(
+                        f"{definition.at()}: {name!r} takes the place of the one at "
+                        f"{earlier.at()}; if that is meant, say so: remove: {{{section}: [{name}]}}"
+                    )
             elif section in ("measurements", "inputs"):
                 # One message may be described in several files, each with fields of its own.
                 known[f"{name}#{document.name}"] = definition

@@ -210,6 +210,42 @@ def test_a_second_definition_is_an_error_unless_the_file_extends_the_first(tmp_p
     assert [e.text for e in airframe.equations if e.name == "k_9"] == ["y = 4"]
 
 
+@pytest.mark.parametrize(
+    ("section", "own", "told"),
+    [
+        (
+            "equations",
+            "equations:\n  k_1: y = 5",
+            "n.yaml:5: 'k_1' takes the place of the one at b.yaml:9; "
+            "if that is meant, say so: remove: {equations: [k_1]}",
+        ),
+        (
+            "measurements",
+            "measurements:\n  VFR_HUD: {fields: {alt: {variable: y}}}",
+            "n.yaml:5: 'VFR_HUD' takes the place of the one at b.yaml:12; "
+            "if that is meant, say so: remove: {measurements: [VFR_HUD]}",
+        ),
+        ("parameters", "parameters:\n  p: {unit: m, value: 2}", None),
+        ("equations", "equations:\n  k_1: y = 3 + p", None),
+    ],
+)
+def test_a_statement_that_takes_anothers_place_is_told_unless_that_is_removed(
+    section, own, told, tmp_path
+):
+    base = WHOLE.replace("y = 3", "y = 3 + p") + "parameters:\n  p: {unit: m, value: 1}\n"
+    write(tmp_path, base, "b.yaml")
+    text = f"format: 1\nname: n\nextends: b\n{own}\n"
+    for _ in "made", "recalled":
+        airframe = load_airframe(write(tmp_path, text, "n.yaml"))
+        assert airframe.warnings == ((told,) if told else ())
+        assert airframe.observe(None).warnings[: len(airframe.warnings)] == airframe.warnings
+    name = own.split()[1].rstrip(":")
+    meant = text.replace("extends: b", f"extends: b\nremove: {{{section}: [{name}]}}")
+    meant = load_airframe(write(tmp_path, meant, "n.yaml"))
+    assert meant.warnings == ()
+    assert names(meant) == names(airframe)
+
+
 COMPONENT = "format: 1\nname: d\ncomponents:\n  wheel: {group: power}\n"
 
 
