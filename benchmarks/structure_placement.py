@@ -32,6 +32,8 @@ LIMIT = 1000
 MOST_SUBSETS = 3000
 ENUMERATION_S, TOOLBOX_S = 10, 10
 BOUND_S = 10
+PATIENCE_S = 600
+"""On the wall, where another program may have the processor; CPU seconds are what is judged."""
 
 
 class LateError(Exception):
@@ -92,7 +94,7 @@ def brute_force_size(model: Model) -> int | None:
 
 def measured(model: Model, faulty: range) -> tuple[str, int, float, bool]:
     start = time.process_time()
-    found = cheapest_sensors(model, faulty=faulty, seconds=60)
+    found = cheapest_sensors(model, faulty=faulty, seconds=PATIENCE_S)
     taken = time.process_time() - start
     size = len(found.sets[0])
     return f"{size}{'' if found.proven else f' (>= {found.bound:g})'}", size, taken, found.proven
