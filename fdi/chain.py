@@ -109,7 +109,7 @@ def residuals_of(
     if recipe.calibration is not None:
         system = with_learned(system, recipe.calibration.parameters, where=recipe.name)
     with stage("derive", 0.4):
-        bank = cached_bank(system, recipe.tests)
+        bank = cached_bank(system, recipe.tests, integrate=recipe.integrate)
     _check(bank, log, chosen=model == "auto")
     with stage("sample", 0.5):
         signals, lags = sample(

@@ -70,6 +70,11 @@ EXPORTS: Final = ("py", "csv", "mat", "graphml")
     help="For graph, dm, matching and sequence: draw only this residual generator, such as r3.",
 )
 @click.option(
+    "--integrate",
+    is_flag=True,
+    help="Also count tests that integrate states, as with integrate: true in a policy.",
+)
+@click.option(
     "--export",
     type=click.Path(path_type=Path),
     metavar="FILE",
@@ -84,6 +89,7 @@ def structure(
     sizes: bool,
     figure: str | None,
     out: Path | None,
+    integrate: bool,
     test: str | None,
     export: Path | None,
 ) -> int:
@@ -120,7 +126,7 @@ def structure(
     def studied(one: Airframe, placement: Placement | None = None) -> ModelStudy:
         system = one.observe(recorded)
         system = replace(system, warnings=(*silent, *system.warnings))
-        return study(one, system, name, placement)
+        return study(one, system, name, placement, integrate=integrate)
 
     found = studied(airframe, place(airframe, recorded) if placing else None)
     gain = None if older is None else model_gain(studied(older), found)

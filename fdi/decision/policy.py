@@ -67,6 +67,8 @@ class Policy(Shown):
         ``stated``.
     commands : str
         Whether tests that read a recorded command as evidence are ``used`` or ``left_out``.
+    integrate : bool
+        Whether tests may integrate states; see `build_bank`.
     methods : tuple of str
         Whose columns are judged with the bank's residuals, by name (``fdi.methods.table``).
     calibration : Calibration, optional
@@ -86,6 +88,7 @@ class Policy(Shown):
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
     commands: Literal["used", "left_out"] = "used"
+    integrate: bool = False
     methods: tuple[str, ...] = ()
     calibration: Calibration | None = None
 
@@ -219,6 +222,7 @@ def _policy(spec: Any, digest: str) -> Policy:
         latencies=spec.latencies,
         accuracies=spec.accuracies,
         commands=spec.commands,
+        integrate=spec.integrate,
         methods=tuple(spec.methods),
         calibration=given and _calibration(given),
     )
@@ -264,6 +268,7 @@ def policy_text(policy: Policy) -> str:
         "latencies": policy.latencies,
         "accuracies": policy.accuracies,
         "commands": policy.commands,
+        "integrate": policy.integrate,
         "methods": list(policy.methods),
     }
     if policy.calibration is not None:

@@ -115,5 +115,6 @@ class PolicyFile(_Entry):
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
     commands: Literal["used", "left_out"] = "used"
+    integrate: bool = False
     methods: list[MethodName] = []
     calibration: CalibrationEntry | None = None

@@ -80,9 +80,11 @@ def study(
     system: System,
     log_name: str | None = None,
     placement: Placement | None = None,
+    *,
+    integrate: bool = False,
 ) -> ModelStudy:
     """Return what a model can show with the telemetry that a system stands for."""
-    bank, cross_checks = _bank(system)
+    bank, cross_checks = _bank(system, integrate=integrate)
     model = system.structure()
     return ModelStudy(
         airframe=airframe,
@@ -113,12 +115,12 @@ def _count_mso(model: structure.Model) -> int | None:
     return total
 
 
-def _bank(system: System) -> tuple[Bank, int | None]:
+def _bank(system: System, *, integrate: bool) -> tuple[Bank, int | None]:
     """Return the bank of MTES, and how many generators the cross-checks add to it.
 
     The default policy's bank holds the MTES first, and a former analysis may have kept it.
     """
-    whole = cached_bank(system, "mtes+cross_checks")
+    whole = cached_bank(system, "mtes+cross_checks", integrate=integrate)
     own = tuple(g for g in whole.generators if g.origin != "cross_check")
     refused = tuple(r for r in whole.not_implementable if r.origin != "cross_check")
     bank = Bank(system, whole.nodes, own, refused, whole.listed, whole.notes)

@@ -272,6 +272,9 @@ def _step(bank: Bank, node: Node) -> tuple[str, str, str]:
         inside = ", ".join(in_symbols(Symbol(argument)) for argument, _ in node.arguments)
         sign = "d/dt" if node.kind == "derivative" else "slope of"
         how = f"= {sign} {inside}"
+    elif node.kind == "observer":
+        states = ", ".join(in_symbols(Symbol(own)) for own in node.variables[: node.states])
+        name, how = "residual", f"= {in_symbols(node.expressions[-1])}, {states} integrated"
     else:
         how = "= " + " or ".join(in_symbols(own) for own in node.expressions)
     if node.gate is not None:

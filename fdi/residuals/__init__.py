@@ -18,6 +18,9 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``identify.py``: unknown parameters, by the flight's beginning; ``between.py``: how they differ
   between healthy flights of one vehicle
 - ``evaluate.py``: residual columns with their predicted spread
+- ``value.py``: what goes from node to node
+- ``observer.py``: residuals behind which states are integrated; ``trajectory.py``: where these
+  states go; ``kalman.py``: the gain, and what each source of noise does
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``distinguish.py``: how far apart faults are in noise, and how large one must be to be told
 - ``suffice.py``: the cheapest tests or sensors that tell faults of given sizes apart

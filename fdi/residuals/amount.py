@@ -15,15 +15,9 @@ import numpy as np
 from fdi.model.evaluate import Column, Floats, evaluate, holds
 from fdi.model.expression import Expression, symbols
 from fdi.residuals.bank import Generator, Residuals
-from fdi.residuals.evaluate import (
-    Value,
-    compute_node,
-    context_of,
-    moved_by,
-    root_sum,
-    unsure_arguments,
-)
+from fdi.residuals.evaluate import compute_node, context_of, moved_by
 from fdi.residuals.reads import needed_for
+from fdi.residuals.value import Value, root_sum, unsure_arguments
 
 UNSURE = ("noise", "late", "offset", "parameter")
 """The effects that make an amount uncertain."""

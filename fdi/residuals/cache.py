@@ -17,7 +17,7 @@ from fdi.errors import EntryError
 from fdi.model.codec import decode, encode
 from fdi.model.expression import Apply, Expression, symbols, walk
 from fdi.model.given import Given
-from fdi.model.parts import STATES
+from fdi.model.parts import STATES, Measurement
 from fdi.model.system import System
 from fdi.residuals.bank import Bank, Generator, NotImplementable
 from fdi.residuals.build import build_bank
@@ -28,15 +28,18 @@ KIND: Final = "bank"
 MAX_ROOTS: Final = 64
 
 
-def cached_bank(system: System, tests: Tests = "mtes+cross_checks") -> Bank:
+def cached_bank(
+    system: System, tests: Tests = "mtes+cross_checks", *, integrate: bool = False
+) -> Bank:
     """Return the bank of a system, from the user's cache where it is there; see `build_bank`."""
     if _holds_code(system):
-        return build_bank(system, tests)
-    key = store.digest(KIND, tests, _depends_on(system))
+        return build_bank(system, tests, integrate=integrate)
+    kind = f"{tests}+integrate" if integrate else tests
+    key = store.digest(KIND, kind, _depends_on(system))
     tree = store.fetch(KIND, key)
     bank = _read_bank(system, tree) if tree is not None else None
     if bank is None:
-        bank = build_bank(system, tests)
+        bank = build_bank(system, tests, integrate=integrate)
         store.keep(KIND, key, [encode(p) for p in _parts(bank)])
     return bank
 
@@ -65,13 +68,20 @@ def _depends_on(system: System) -> str:
             dict(e.edges),
             encode(e.when),
             e.cost,
-            e.measurement and [e.measurement.variable, str(e.measurement.channel)],
+            e.measurement and _shown(e.measurement),
         ]
         for e in system.equations
     ]
-    variables = [[v.name, v.low is None or v.low < 0] for v in system.variables.values()]
+    variables = [
+        [v.name, v.low is None or v.low < 0, v.low is not None and v.high is not None, v.circular]
+        for v in system.variables.values()
+    ]
     faults = [[fault.name, fault.equation] for fault in system.faults]
     return json.dumps([equations, variables, sorted(system.parameters), faults])
+
+
+def _shown(measurement: Measurement) -> list[Any]:
+    return [measurement.variable, str(measurement.channel), measurement.accuracy is not None]
 
 
 def _read_bank(system: System, tree: Any) -> Bank | None:
@@ -111,7 +121,7 @@ def _check(bank: Bank) -> None:
     for place, generator in enumerate(bank.generators, start=1):
         _require(generator.id == f"r{place}")
         _require(0 <= generator.node < len(bank.nodes))
-        _require(bank.nodes[generator.node].kind == "residual")
+        _require(bank.nodes[generator.node].kind in ("residual", "observer"))
         _require({generator.residual, *(i for i, _ in generator.steps)} <= set(generator.equations))
         _require(all(name in system.variables for _, name in generator.steps))
 
@@ -123,7 +133,9 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
     _require(all(0 <= i < number for i in node.reads))
     given = [bank.nodes[i].kind for i in node.reads]
     _require(all(bank.nodes[i].kind == "channel" for _, i in node.near))
-    _require("residual" not in given and ("loop" not in given or node.kind == "part"))
+    _require(
+        {"residual", "observer"}.isdisjoint(given) and ("loop" not in given or node.kind == "part")
+    )
     counts = (len(node.variables), len(node.expressions), len(node.arguments))
     match node.kind:
         case "channel":
@@ -144,8 +156,13 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
             _require(all(name in system.variables for name, _ in node.arguments))
         case "residual":
             _require(counts[:2] == (0, 1))
+        case "observer":
+            _require(1 <= node.states <= counts[0] == counts[1] - 1 == len(node.by))
+            _require(all(0 <= i < len(system.equations) for i in node.by))
+            _require(all(size > 0 for size in node.blocks))
+            _require(node.states + sum(node.blocks) == counts[0])
     known = {*system.parameters, *(name for name, _ in node.arguments)}
-    if node.kind == "loop":
+    if node.kind in ("loop", "observer"):
         known.update(node.variables)
     for expression in node.expressions:
         _check_names(expression, known)

@@ -22,21 +22,23 @@ A node is dropped when the last node that needs it is done, so memory stays smal
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
-from fdi.model.expression import Expression, Symbol, symbols
+from fdi.model.expression import Symbol, symbols
 from fdi.model.parts import Measurement
 from fdi.model.system import System
 from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop, solve_moved
 from fdi.residuals.node import Node
+from fdi.residuals.observer import observe
 from fdi.residuals.regress import slope
+from fdi.residuals.value import Context, Effects, Source, Value, root_sum, unsure_arguments
 from fdi.telemetry import Signals
 
 TIMING_SHARE: Final = 0.25
@@ -48,11 +50,6 @@ BENT: Final = 0.5
 
 SAME: Final = 1e-6
 """Two sides that differ by less, relative to their size, are equal but for rounding."""
-
-Source = tuple[str, int, int]
-Effects = dict[Source, Floats]
-"""(``noise``, ``late``, ``offset``, ``swing``, ``parameter``; source, generation) to the column by
-which the value moves."""
 
 
 class Evaluated(NamedTuple):
@@ -70,48 +67,6 @@ class Evaluated(NamedTuple):
     delay_s: Floats
     response: Floats
     ambiguous: NDArray[np.bool_]
-
-
-@dataclass(slots=True)
-class Value:
-    """A node's column, its effects, and how many samples ahead it looks.
-
-    ``spacing``: the time between the records of the sparsest channel beneath it, s. ``ambiguous``:
-    where a root beneath it is, None for nowhere.
-    """
-
-    column: Floats
-    effects: Effects
-    ahead: int = 0
-    parts: tuple[Value, ...] = ()
-    spacing: float = 0.0
-    ambiguous: NDArray[np.bool_] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Context:
-    """What every node is computed with.
-
-    ``spreads``: whether effects are carried along. ``added``: columns that are added to channels,
-    by measurement equation. ``unsure``: parameters that are not exact, with their numbers.
-    """
-
-    system: System
-    nodes: tuple[Node, ...]
-    signals: Signals
-    recipe: Differentiation
-    constants: Mapping[str, Column]
-    states: Mapping[str, Column]
-    step: float
-    beginning: slice
-    spreads: bool = True
-    added: Mapping[int, Floats] = field(default_factory=dict)
-    unsure: Mapping[str, int] = field(default_factory=dict)
-
-    @property
-    def real_part(self) -> bool:
-        """Return whether imaginary roots count as their real part."""
-        return self.recipe.imaginary == "real_part"
 
 
 def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
@@ -195,15 +150,6 @@ def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
     return {used: number for number, node in enumerate(nodes) for used in node.reads}
 
 
-def root_sum(effects: Effects, kinds: tuple[str, ...], size: int) -> Floats:
-    """Return the root of the sum of the squares of effects of some kinds, (n,)."""
-    total = np.zeros(size)
-    for (own, _, _), effect in effects.items():
-        if own in kinds:
-            total += effect**2
-    return np.sqrt(total)
-
-
 def _sum(effects: Effects, kind: str, size: int) -> Floats:
     total = np.zeros(size)
     for (own, _, _), effect in effects.items():
@@ -219,26 +165,39 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
             return _channel(node, context)
         case "part":
             return _part(node, done, context)
+        case _:
+            beneath = [done[i].spacing for _, i in (*node.arguments, *node.gate_arguments)]
+            spacing = max([context.step, *beneath])
+            valid = _valid(node, done, context, spacing)
+    match node.kind:
         case "derivative":
             value = _derivative(node, done, context)
         case "slope":
             value = _slope(node, done, context)
         case "loop":
             value = _loop(node, done, context)
+        case "observer":
+            value = observe(node, done, context, valid)
         case _:
             value = _function(node, done, context)
-    beneath = [done[i].spacing for _, i in (*node.arguments, *node.gate_arguments)]
     unclear = [done[i].ambiguous for _, i in node.arguments]
     for part in (value, *value.parts):
-        part.spacing = max([context.step, *beneath])
+        part.spacing = spacing
         part.ambiguous = _either(part.ambiguous, *unclear)
-    if node.gate is not None:
-        columns = {name: done[i].column for name, i in node.gate_arguments}
-        step = {"step": np.array(value.spacing)}
-        valid = holds(node.gate, {**context.constants, **context.states, **step, **columns})
-        for part in (value, *value.parts):
+        if valid is not None:
             part.column = np.where(valid, part.column, np.nan)
     return value
+
+
+def _valid(
+    node: Node, done: Mapping[int, Value], context: Context, spacing: float
+) -> NDArray[np.bool_] | None:
+    """Return where the condition of a node holds, None for everywhere."""
+    if node.gate is None:
+        return None
+    columns = {name: done[i].column for name, i in node.gate_arguments}
+    step = {"step": np.array(spacing)}
+    return holds(node.gate, {**context.constants, **context.states, **step, **columns})
 
 
 def _either(*masks: NDArray[np.bool_] | None) -> NDArray[np.bool_] | None:
@@ -410,25 +369,6 @@ def _shifted(arguments: Mapping[str, Value], source: Source, sign: int) -> dict[
         else value.column
         for name, value in arguments.items()
     }
-
-
-def unsure_arguments(expressions: Sequence[Expression], context: Context) -> dict[str, Value]:
-    """Return the parameters of expressions that are not exact, as arguments with effects."""
-    found: dict[str, Value] = {}
-    if not context.spreads:
-        return found
-    used = {name for expression in expressions for name in symbols(expression)}
-    size, last = len(context.signals.t), len(context.system.equations)
-    for name in sorted(used & context.unsure.keys()):
-        number, parameter = context.unsure[name], context.system.parameters[name]
-        effects: Effects = {
-            ("parameter", context.unsure[source], 0): np.full(size, share)
-            for source, share in parameter.shares or ((name, parameter.std),)
-        }
-        if parameter.wanders:
-            effects["noise", -1 - last - number, 0] = np.full(size, parameter.wanders)
-        found[name] = Value(np.full(size, parameter.value), effects)
-    return found
 
 
 def _solving(roots: Floats, node: Node, columns: Mapping[str, Column], context: Context) -> Floats:

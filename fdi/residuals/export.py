@@ -6,7 +6,8 @@ as :meth:`Bank.evaluate`. Every node of the bank is one line, with its equation 
 lines call are the functions that evaluation calls here, by their own source.
 
 Left out, and said so in ``NOT_EXPORTED``: generators with an algebraic loop, with a slope over a
-window, and with functions of somebody's own. Predicted spreads are not exported.
+window, with states that are integrated, and with functions of somebody's own. Predicted spreads are
+not exported.
 """
 
 from __future__ import annotations
@@ -208,6 +209,8 @@ def _refusal(bank: Bank, generator: Generator) -> str:
     kinds = {node.kind for node in nodes}
     if "loop" in kinds:
         return "has an algebraic loop, which is solved numerically"
+    if "observer" in kinds:
+        return "integrates states, which are held by an observer"
     if "slope" in kinds:
         return "has a slope over a window"
     used = [e for node in nodes for e in (*node.expressions, node.gate) if e is not None]

@@ -36,8 +36,9 @@ from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals.bank import Bank
 from fdi.residuals.between import departure
 from fdi.residuals.differentiate import Differentiation
-from fdi.residuals.evaluate import Context, Value, compute_node, context_of
+from fdi.residuals.evaluate import compute_node, context_of
 from fdi.residuals.reads import needed_for
+from fdi.residuals.value import Context, Value
 from fdi.telemetry import Signals
 from fdi.telemetry.airtime import first_known
 

@@ -31,8 +31,9 @@ from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind, Measurement
 from fdi.residuals.bank import Bank, Generator
 from fdi.residuals.differentiate import Differentiation
-from fdi.residuals.evaluate import TIMING_SHARE, Context, Value, compute_node, context_of
+from fdi.residuals.evaluate import TIMING_SHARE, compute_node, context_of
 from fdi.residuals.reads import needed_for
+from fdi.residuals.value import Context, Value
 from fdi.telemetry import Channel, Log, Request, Sampling, Signals
 
 BLOCK_S: Final = 10.0
@@ -200,6 +201,8 @@ def _comparisons(bank: Bank) -> list[_Comparison]:
         sensors = [(i, m) for i, m in used.items() if not m.trusted]
         inputs = sorted({m.channel.source for m in used.values() if m.trusted})
         if residual.kind is not Kind.RELATION or len(sensors) != 1 or not inputs:
+            continue
+        if bank.nodes[generator.node].kind == "observer":  # shows news, not by how much it is off
             continue
         ((equation, measurement),) = sensors
         if measurement.channel.source in inputs or measurement.accuracy is None:

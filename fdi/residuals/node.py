@@ -7,7 +7,9 @@ from typing import Literal
 
 from fdi.model.expression import Expression
 
-NodeKind = Literal["channel", "solve", "loop", "part", "derivative", "slope", "residual"]
+NodeKind = Literal[
+    "channel", "solve", "loop", "part", "derivative", "slope", "residual", "observer"
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,14 +22,16 @@ class Node:
         ``channel``: a measured column. ``solve``: an equation's roots for a variable. ``loop``:
         several equations at once. ``part``: one unknown of a loop. ``derivative``: of its argument.
         ``slope``: of each pair of its arguments, in common.
-        ``residual``: the difference of the two sides of an equation.
+        ``residual``: the difference of the two sides of an equation. ``observer``: the same, where
+        states behind it are integrated.
     equation : int
         The equation computed (of a loop the first); for a channel its measurement equation.
     variables : tuple of str
         What it gives; empty for a residual.
     expressions : tuple of Expression
         ``solve``: one per root; ``loop``: one per equation, zero at the solution; ``residual``:
-        one.
+        one; ``observer``: one per variable (of a state its rate, in a block of several what is zero
+        at their solution), and last the residual.
     arguments : tuple of (str, int)
         Names in the expressions and the nodes that give them.
     gate : Expression or None
@@ -36,6 +40,14 @@ class Node:
         Likewise for the gate.
     near : tuple of (str, int)
         The channels that show what it gives, to tell several solutions apart.
+    states : int
+        ``observer``: so many of its variables, the first ones, are integrated; the others are
+        computed from them in this order.
+    by : tuple of int
+        ``observer``: the equation of each variable.
+    blocks : tuple of int
+        ``observer``: of the variables that are not integrated, how many are computed at a time; of
+        more than one the equations are solved together.
     """
 
     kind: NodeKind
@@ -46,6 +58,9 @@ class Node:
     gate: Expression | None = None
     gate_arguments: tuple[tuple[str, int], ...] = ()
     near: tuple[tuple[str, int], ...] = ()
+    states: int = 0
+    by: tuple[int, ...] = ()
+    blocks: tuple[int, ...] = ()
 
     @property
     def reads(self) -> tuple[int, ...]:

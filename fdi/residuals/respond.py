@@ -17,7 +17,8 @@ import numpy as np
 
 from fdi.model.evaluate import Floats, wrap
 from fdi.residuals.bank import Bank, Residuals
-from fdi.residuals.evaluate import Context, Value, compute_node, context_of
+from fdi.residuals.evaluate import compute_node, context_of
+from fdi.residuals.value import Context, Value
 from fdi.telemetry import Signals
 
 Fault = Mapping[int, Floats]
@@ -45,11 +46,14 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     ----------
     residuals : Residuals
     span : slice
-        Of the grid. A derivative is unknown for half its window at both ends.
+        Of the grid. A derivative is unknown for half its window at both ends, an observer until it
+        has settled anew.
     """
     bank = residuals.bank
     context = context_of(bank.system, bank.nodes, _cut(residuals.signals, span), residuals.recipe)
-    context = replace(context, spreads=False)
+    # what noise does is of no interest here, but an observer chooses its gain from it
+    observed = any(node.kind == "observer" for node in bank.nodes)
+    context = replace(context, spreads=observed)
     done: dict[int, Value] = {}
     for number, node in enumerate(bank.nodes):
         done[number] = compute_node(node, done, context)

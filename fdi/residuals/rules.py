@@ -14,9 +14,10 @@ The published rules (mixed causality):
 Matchings without non-invertible edges come first; then the cost decides, 1 for an ordinary edge
 (times the equation's own cost) and 100 for a derivative one; then the number of equations in loops.
 
-An integral edge is valid inside a dynamic loop only, which would have to be integrated from a start
-value that no log states; so it is never matched here. That makes the rules those of
-``fdi.structure.sequence``: only what to leave over has to be chosen.
+An integral edge needs a start value that no log states. By default it is never matched; that makes
+the rules those of ``fdi.structure.sequence``: only what to leave over has to be chosen. Where a
+bank may integrate, an observer holds the start value (``observer.py``), the edge is valid alone and
+in a dynamic loop, and what was integrated is differentiated nowhere.
 
 References
 ----------
@@ -79,8 +80,11 @@ class Choices:
         return {e: self.names[u] for block in order.blocks for e, u in block}
 
 
-def choices_of(equations: Sequence[SystemEquation]) -> Choices:
-    """Return what the search for matchings needs to know of all equations of a system."""
+def choices_of(equations: Sequence[SystemEquation], *, integrate: bool = False) -> Choices:
+    """Return what the search for matchings needs to know of all equations of a system.
+
+    ``integrate``: whether states may be integrated.
+    """
     place: dict[str, int] = {}
     rows = [
         tuple(place.setdefault(name, len(place)) for name in equation.edges)
@@ -107,6 +111,7 @@ def choices_of(equations: Sequence[SystemEquation]) -> Choices:
         differential={(i, u): kind[0] for i, u, kind in edges if kind in DIFFERENTIAL},
         costs=tuple(cost_of(equation) for equation in equations),
         free=False,
+        integrate=integrate,
     )
     return Choices(tuple(equations), steps, tuple(place))
 
@@ -137,8 +142,29 @@ def matchings(choices: Choices, numbers: Sequence[int]) -> Iterator[Order | NoMa
             yield _in_words(found, choices)
         elif with_fault.isdisjoint({found.residual, *(e for b in found.blocks for e, _ in b)}):
             yield NoMatching(Reason.NO_FAULT, "it compares nothing that could fail")
+        elif _differentiates(choices, found):
+            name = choices.equations[found.residual].name
+            yield NoMatching(Reason.INTEGRATION, f"{name} would differentiate what was integrated")
         else:
             yield found
+
+
+def is_integral(choices: Choices, order: Order) -> bool:
+    """Return whether a matching integrates a state."""
+    kinds = choices.steps.differential
+    return any(kinds.get(pair) == "i" for block in order.blocks for pair in block)
+
+
+def _differentiates(choices: Choices, order: Order) -> bool:
+    """Return whether the residual is a derivative of what was integrated before."""
+    if choices.equations[order.residual].differential is None:
+        return False
+    steps, integrated = choices.steps, set[int]()
+    for block in order.blocks:
+        states = any(steps.differential.get(pair) == "i" for pair in block)
+        if states or any(not integrated.isdisjoint(steps.rows[e]) for e, _ in block):
+            integrated.update(unknown for _, unknown in block)
+    return not integrated.isdisjoint(steps.rows[order.residual])
 
 
 def cheapest_matching(choices: Choices, numbers: Sequence[int]) -> Order | NoMatching:
@@ -211,14 +237,18 @@ def noise_gain(choices: Choices, order: Order) -> float:
         Standard deviation of the residual for white noise of one on every channel, if a variable
         computed from others had slope 1 in each, and slope 2 where a function has to be inverted
         for it: there the slope is 1 / f', which grows where f is flat. What one channel contributes
-        on several ways adds up. A derivative over 1 s has slope 1.
+        on several ways adds up. A derivative over 1 s has slope 1, and so has an integral: the
+        observer lets through no more than the residual's own channel has.
     """
     equations = choices.equations
     noise: dict[str, dict[int, float]] = {}
     for block in order.blocks:
         first, own = block[0][0], {choices.names[unknown] for _, unknown in block}
         total = _noise_of(equations, [number for number, _ in block], noise, own)
-        inverted = len(block) > 1 or not _is_explicit(equations[first], *own)
+        if any(choices.steps.differential.get(pair) == "i" for pair in block):
+            inverted = not all(_is_explicit(equations[e], choices.names[u]) for e, u in block)
+        else:
+            inverted = len(block) > 1 or not _is_explicit(equations[first], *own)
         scale = INVERTED_SLOPE if inverted else 1.0
         for name in own:
             noise[name] = {channel: scale * part for channel, part in total.items()}

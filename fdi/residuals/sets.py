@@ -60,8 +60,8 @@ class Sets:
     notes: tuple[str, ...]
 
 
-def sets_of(system: System, tests: Tests) -> Sets:
-    """Return the sets to be implemented, in a fixed order."""
+def sets_of(system: System, tests: Tests, *, integrate: bool = False) -> Sets:
+    """Return the sets to be implemented, in a fixed order; ``integrate``: see `build_bank`."""
     number = {equation.name: i for i, equation in enumerate(system.equations)}
     found: dict[tuple[int, ...], Origin] = {}
     notes: list[str] = []
@@ -75,7 +75,9 @@ def sets_of(system: System, tests: Tests) -> Sets:
             bank = None if tests == "selected" else _listed(part, max(MAX_SETS - len(found), 0))
             origin: Origin = "mtes" if limits else "cross_check"
             if bank is None:
-                bank, undecided = _selected(part, system, number, cross_check=tests != "mtes")
+                bank, undecided = _selected(
+                    part, system, number, cross_check=tests != "mtes", integrate=integrate
+                )
                 origin = "selected" if limits else "cross_check"
                 if tests != "selected":
                     listed = False
@@ -95,7 +97,12 @@ def _listed(part: structure.Model, most: int) -> list[int] | None:
 
 
 def _selected(
-    part: structure.Model, system: System, number: Mapping[str, int], *, cross_check: bool
+    part: structure.Model,
+    system: System,
+    number: Mapping[str, int],
+    *,
+    cross_check: bool,
+    integrate: bool,
 ) -> tuple[list[int], int]:
     """Return a bank of sets for a graph component, and how many pairs of faults are undecided.
 
@@ -112,7 +119,8 @@ def _selected(
     ]
     inner = structure.submodel(part, usable)
     own = [equations[row] for row in usable]
-    rules = structure.Rules(costs=tuple(cost_of(equation) for equation in own))
+    costs = tuple(cost_of(equation) for equation in own)
+    rules = structure.Rules(costs=costs, integrate=integrate)
     doubtful = [i for i, e in enumerate(own) if e.kind in (Kind.LIMIT, Kind.EQUALITY)]
     bank = structure.select_tests(inner, rules, assumptions=doubtful if cross_check else ())
     found = [test.equations for test in bank.tests]

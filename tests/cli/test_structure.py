@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.residuals.plants import TANKS
+
 from .conftest import LOG, Run
 
 
@@ -45,3 +47,13 @@ def test_what_makes_no_sense_is_one_line(
     ended = run("structure", model, *arguments)
     assert ended.code == 2
     assert said in ended.err
+
+
+def test_tests_that_integrate_are_counted_where_asked_for(run: Run, tmp_path: Path) -> None:
+    model = tmp_path / "tanks.yaml"
+    model.write_text(TANKS, encoding="utf-8")
+    counts = []
+    for option in ((), ("--integrate",)):
+        found = json.loads(run("structure", model, "--json", *option).out)["structure"]
+        counts.append((found["residual_generators"], found["not_implementable"]))
+    assert counts == [(2, {"dynamic loop": 2}), (4, {})]
