@@ -3,12 +3,14 @@
     .venv/bin/python benchmarks/analyze.py [LOG]
 
 Wall and CPU seconds and peak memory of ``fdi analyze`` in a process of its own, with everything
-written, first with an empty cache and then again; and the time of ``import fdi``. Without an
-argument the log is the 5.5 MB flight of the publication, in ../shared beside the repository.
+written, first with an empty cache and then again; and the time of ``import fdi``. Our modules are
+compiled beforehand, as an installation leaves them. Without an argument the log is the 5.5 MB
+flight of the publication, in ../shared beside the repository.
 """
 
 from __future__ import annotations
 
+import compileall
 import os
 import statistics
 import subprocess
@@ -19,7 +21,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LOG = ROOT.parent / "shared" / "flights" / "paper" / "afrika.tlog"
-WALL_S, MEMORY_MB, IMPORT_S = 15.0, 600.0, 0.3
+WALL_S, CPU_S, MEMORY_MB, IMPORT_S = 15.0, 4.0, 600.0, 0.3
 RUNS = 5
 
 
@@ -29,7 +31,7 @@ def measure(command: list[str], cache: Path) -> tuple[float, float, float, int]:
     process = subprocess.Popen(
         command,
         cwd=ROOT,
-        env={**os.environ, "FDI_CACHE_DIR": str(cache)},
+        env={**os.environ, "FDI_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": ""},
         stdout=subprocess.DEVNULL,
     )
     _, status, usage = os.wait4(process.pid, 0)
@@ -52,6 +54,7 @@ def time_import() -> float:
 def main() -> int:
     """Print the figures; return 1 where a bound is missed or the analysis fails."""
     log = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else LOG
+    compileall.compile_dir(ROOT / "fdi", quiet=1)
     seconds = time_import()
     print(f"import fdi: {seconds:.4f} s (bound {IMPORT_S:g} s)")
     if not log.is_file():
@@ -72,10 +75,11 @@ def main() -> int:
             written = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
             print(
                 f"fdi analyze {log.name}, {label}: {wall:.1f} s wall (bound {WALL_S:g} s), "
-                f"{cpu:.1f} s CPU, {memory:.0f} MB peak (bound {MEMORY_MB:g} MB), "
+                f"{cpu:.1f} s CPU (bound {CPU_S:g} s), "
+                f"{memory:.0f} MB peak (bound {MEMORY_MB:g} MB), "
                 f"{written / 1e6:.1f} MB written, exit code {code}"
             )
-            passed.append(code in (0, 1) and wall < WALL_S and memory < MEMORY_MB)
+            passed.append(code in (0, 1) and wall < WALL_S and cpu < CPU_S and memory < MEMORY_MB)
     return 0 if all(passed) else 1
 
 

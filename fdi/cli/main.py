@@ -5,7 +5,13 @@ It loads nothing but what hears Ctrl-C; the commands come after that, and with t
 
 from __future__ import annotations
 
+import gc
+
 from fdi.cli.interrupt import INTERRUPTED, Interrupts
+
+COLLECT_EVERY = 50_000
+"""Objects that are made between two searches for unreachable ones. The interpreter's 700 cost a
+fifth of the CPU of an analysis, whose millions of objects live to its end."""
 
 TYPE_CHECKING = False  # what `typing` has, without the 8 ms that it takes to load
 if TYPE_CHECKING:
@@ -21,6 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         By default those of the process, which then has to end with the exit code.
     """
     interrupts = Interrupts()
+    if arguments is None:
+        gc.set_threshold(COLLECT_EVERY, *gc.get_threshold()[1:])
     try:
         interrupts.listen(to_the_end=arguments is None)
         from fdi.cli.commands import explain, run

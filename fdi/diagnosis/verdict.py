@@ -223,15 +223,16 @@ def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
     t = finding.onset
     when = f"{_time(t)} into the log"
     flights = signals.flights
-    if finding.flight < len(flights):
-        flight: Flight = flights[finding.flight]
+    flight: Flight | None = flights[finding.flight] if finding.flight < len(flights) else None
+    on_ground = flight is not None and not flight.flew  # a rover, or a vehicle that was only armed
+    if flight is not None and flight.flew:
         start = flight.start if flight.takeoff is None else flight.takeoff
         which = f" {finding.flight + 1}" if len(flights) > 1 else ""
         if t >= start:
             when = f"{_time(t - start)} into flight{which} (log {t:.1f} s)"
     place = int(np.clip(np.searchsorted(signals.t, t), 0, max(len(signals.t) - 1, 0)))
     height = mode = ""
-    if signals.height is not None and np.isfinite(signals.height[place]):
+    if not on_ground and signals.height is not None and np.isfinite(signals.height[place]):
         height = f", at {signals.height[place] + 0.0:.0f} m".replace("-0 m", "0 m")
     name = str(signals.state.mode[place]) if len(signals.t) else ""
     if name:

@@ -4,17 +4,17 @@ In: unit texts and expressions. Out: a ``Dimension`` for every expression, or a 
 names the two sides that do not fit. A dimension is a factor to SI and the exponents of the SI base
 units, so that degrees beside radians are found as well as metres beside seconds. A bare number that
 is added to, compared with or put beside a quantity takes that quantity's unit; as a factor or an
-exponent it has none. Texts of units are read by pint, which costs 0.5 s to import: the loader asks
-only where its cache has no answer.
+exponent it has none. Texts of units are read by pint, which costs 0.5 s to import: what is written
+in the symbols that our own models use is read here (`SYMBOLS_READ`).
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import isclose
+from math import isclose, pi
 from typing import Any, Final
 
 from fdi.errors import ModelError
@@ -51,6 +51,38 @@ class Dimension:
 NUMBER = Dimension(1.0, (), "a number")
 
 
+def _made_of(factor: float = 1.0, **exponents: float) -> Dimension:
+    return Dimension(factor, tuple(sorted(exponents.items())), "")
+
+
+SYMBOLS_READ: Final = {
+    "1": NUMBER,
+    "rad": NUMBER,
+    "deg": _made_of(pi / 180),
+    "m": _made_of(meter=1.0),
+    "km": _made_of(1000.0, meter=1.0),
+    "s": _made_of(second=1.0),
+    "ms": _made_of(1e-3, second=1.0),
+    "us": _made_of(1e-6, second=1.0),
+    "h": _made_of(3600.0, second=1.0),
+    "kg": _made_of(kilogram=1.0),
+    "K": _made_of(kelvin=1.0),
+    "A": _made_of(ampere=1.0),
+    "Hz": _made_of(second=-1.0),
+    "N": _made_of(kilogram=1.0, meter=1.0, second=-2.0),
+    "Pa": _made_of(kilogram=1.0, meter=-1.0, second=-2.0),
+    "J": _made_of(kilogram=1.0, meter=2.0, second=-2.0),
+    "W": _made_of(kilogram=1.0, meter=2.0, second=-3.0),
+    "V": _made_of(kilogram=1.0, meter=2.0, second=-3.0, ampere=-1.0),
+    "ohm": _made_of(kilogram=1.0, meter=2.0, second=-3.0, ampere=-2.0),
+    "T": _made_of(kilogram=1.0, second=-2.0, ampere=-1.0),
+    "dB": _made_of(10**0.1),
+    "bytes": _made_of(8.0, bit=1.0),
+}
+"""What pint is not needed for: most symbols of the SI, and what else our models are written in."""
+_FACTOR: Final = re.compile(r"(1|[A-Za-z_%]+)(?:(?:\^|\*\*)(-?\d))?([ */]?)")
+
+
 @lru_cache(maxsize=1)
 def _registry() -> Any:
     import pint
@@ -76,12 +108,31 @@ def dimension(unit: str) -> Dimension:
         return Dimension(1.0, (), unit)
     if not UNIT.match(unit):  # pint computes powers of numbers, so it is handed names only
         raise ModelError(f"{unit[:40]!r} is not a unit")
+    read = _read(unit)
+    if read is not None:
+        return read
     try:
         base = _registry().Quantity(1.0, unit.replace("%", "percent")).to_base_units()
     except (AttributeError, ValueError, TypeError, SyntaxError, KeyError) as error:
         raise ModelError(f"{unit!r} is not a unit") from error
     exponents = {str(k): float(v) for k, v in base.unit_items() if str(k) != "radian"}
     return Dimension(float(base.magnitude), tuple(sorted(exponents.items())), unit)
+
+
+def _read(unit: str) -> Dimension | None:
+    """Return the dimension of a unit in symbols that need no library, None for any other."""
+    found, sign = NUMBER, 1
+    for name, power, after in _FACTOR.findall(unit):
+        if name not in SYMBOLS_READ:
+            return None
+        own = SYMBOLS_READ[name]
+        raised = Dimension(
+            own.factor ** int(power or 1),
+            tuple((base, exponent * int(power or 1)) for base, exponent in own.exponents),
+            "",
+        )
+        found, sign = _product(found, raised, sign), -1 if after == "/" else 1
+    return replace(found, text=unit)
 
 
 def quantity(value: float | str, unit: Dimension) -> float:

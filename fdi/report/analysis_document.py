@@ -24,7 +24,7 @@ from fdi.report.model_document import isolability_rows, model_files
 from fdi.residuals.accuracy import Told, reported_accuracies
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
-from fdi.telemetry import Log
+from fdi.telemetry import Log, hardware_of
 
 SCHEMA_VERSION: Final = 1
 # Reading (pymavlink's dialect, numba's walks), models, equations, the Earth's field, the tables.
@@ -61,6 +61,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "budget_per_hour": number(analysis.policy.budget_per_hour),
             "threshold_scale": number(analysis.alarms.scale),
         },
+        "hardware": _hardware(analysis.log),
         "quality": quality_rows(analysis.log),
         "copies": _copies(analysis.system),
         "latencies": [_latency(lag) for lag in analysis.lags],
@@ -105,6 +106,13 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "warnings": list(analysis.warnings),
         "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
     }
+
+
+def _hardware(log: Log) -> dict[str, Any]:
+    """Return which parts the log names, and the kinds of which it names none."""
+    found = hardware_of(log)
+    rows = [{"kind": p.kind, "what": p.what, "told_by": p.told_by} for p in found.parts]
+    return {"found": rows, "not_told": list(found.not_told)}
 
 
 def _departed(analysis: Analysis) -> dict[str, Any] | None:

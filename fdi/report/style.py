@@ -70,8 +70,9 @@ def styled() -> Iterator[None]:
     with mpl.rc_context():
         # asked for the backend matplotlib looks for a window's, and imports pyplot (0.3 s)
         names = [name for name in mpl.rcParamsDefault if name != "backend"]
-        mpl.rcParams.update({name: mpl.rcParamsDefault[name] for name in names})
-        mpl.rcParams.update(_SETTINGS)
+        wanted = {name: mpl.rcParamsDefault[name] for name in names} | _SETTINGS
+        # each is checked anew when it is set, which takes longer than to compare them all
+        mpl.rcParams.update({n: new for n, new in wanted.items() if mpl.rcParams[n] != new})
         yield
 
 
@@ -89,6 +90,11 @@ def image(figure: Any, kind: Literal["png", "svg", "pdf"] | str, *, dpi: int = 1
     """Return a figure as the bytes of a picture, the same for the same figure."""
     out = io.BytesIO()
     with styled():
+        engine = figure.get_layout_engine()
+        if engine is not None:  # once, not in each of two passes for every kind of picture
+            figure.set_dpi(dpi)
+            engine.execute(figure)
+            figure.set_layout_engine(None)
         figure.savefig(out, format=kind, dpi=dpi, metadata=_UNDATED.get(kind, {}))
     return out.getvalue()
 

@@ -196,7 +196,8 @@ def _line(finding: Finding, analysis: Analysis) -> RenderableType:
 def onset(finding: Finding, analysis: Analysis) -> str:
     """Return when a finding began, as a person tells it and on the clocks."""
     when = into_flight(finding.onset, analysis.log, finding.flight)
-    return f"{when} ({log_time(finding.onset, analysis.log)})"
+    clock = log_time(finding.onset, analysis.log)
+    return clock if when.endswith("into the log") else f"{when} ({clock})"
 
 
 def said(finding: Finding) -> str:

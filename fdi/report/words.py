@@ -81,7 +81,7 @@ def into_flight(t: float, log: Log, number: int | None = None) -> str:
         The flight, from 0; by default the one that holds the time.
     """
     flight = _flight(t, log.flights, number)
-    if flight is None:
+    if flight is None or not flight.flew:
         return f"{span(t)} into the log"
     start = flight.start if flight.takeoff is None else flight.takeoff
     since = "take-off" if flight.takeoff is not None else "the start of the flight"

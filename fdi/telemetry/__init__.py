@@ -29,6 +29,7 @@ together/     `join`: several logs of one flight as one
 copies.py     `Copy`: channels that say the same twice
 signals.py    `Request`, `Sampling`, `Signals`: resampling
 quality.py    `QualityRecord`: what was lost or repaired
+hardware.py   `hardware_of`: board, sensors, receivers that a log names
 catalogue.py  units, sentinels, modes: the tables in data/
 dialect.py    MAVLink message definitions
 """
@@ -38,6 +39,7 @@ from fdi.telemetry.clock import Clock
 from fdi.telemetry.columns import log_from_columns
 from fdi.telemetry.copies import Copy
 from fdi.telemetry.events import Event, Flight, FlightState
+from fdi.telemetry.hardware import Hardware, hardware_of
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
@@ -52,12 +54,14 @@ __all__ = [
     "Event",
     "Flight",
     "FlightState",
+    "Hardware",
     "Log",
     "Message",
     "QualityRecord",
     "Request",
     "Sampling",
     "Signals",
+    "hardware_of",
     "join",
     "log_from_columns",
     "read",

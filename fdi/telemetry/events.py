@@ -145,10 +145,9 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     at = np.atleast_1d(np.asarray(t, np.float64))
     modes = [(e.t, e.text) for e in events if e.kind == "mode"]
     arms = [(e.t, e.kind == "arm") for e in events if e.kind in ("arm", "disarm")]
-    mode = np.full(at.size, "", object)
-    if modes:
-        times, names = zip(*modes, strict=True)
-        mode = np.array(names, object)[_latest(times, at)]
+    times, names = zip(*modes, strict=True) if modes else ((0.0,), ("",))
+    told = _latest(times, at)
+    mode = np.array(names, object)[told]
     armed = np.zeros(at.size, np.bool_)
     if arms:
         times, values = zip(*arms, strict=True)
@@ -160,8 +159,8 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
         armed = armed if arms else in_flight
     airborne = (phase == "takeoff") | (phase == "flight") | (phase == "landing")
     controls = data_table("modes_controls")
-    height = np.isin(mode.astype(str), controls["height"])
-    attitude = height | np.isin(mode.astype(str), controls["attitude"])
+    height = np.isin(names, controls["height"])[told]
+    attitude = height | np.isin(names, controls["attitude"])[told]
     air = np.asarray(airborne, np.bool_)
     wings = air & _on_wings(at, [(e.t, e.text) for e in events if e.kind == "lift"])
     return FlightState(at, armed, air, mode, phase, attitude, height, wings)

@@ -284,6 +284,8 @@ def _flight(
     else:
         rest = _rest_at_end(motion, in_air, disarmed=disarmed, has_wings=has_wings)
         flight = replace(flight, landing=None if rest is None else float(motion.t[rest]))
+        if rest == in_air:  # at rest again at once: on the ground a height drifts
+            return replace(flight, flew=False, takeoff=None, landing=None)
     return _with_phases(flight, motion, ground)
 
 

@@ -218,11 +218,12 @@ class Records:
     value: Floats
     is_circular: bool
     is_discrete: bool = False
+    period: float = field(init=False)
+    """Median time between two records, s; NaN with fewer than two."""
 
-    @property
-    def period(self) -> float:
-        """Return the median time between two records, s; NaN with fewer than two."""
-        return float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
+    def __post_init__(self) -> None:
+        period = float(np.median(np.diff(self.t))) if self.t.size > 1 else float("nan")
+        object.__setattr__(self, "period", period)
 
     def spacing(self, longest: float) -> float:
         """Return the mean over time of the time between two records, s; ``longest``: no gap.

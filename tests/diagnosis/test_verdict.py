@@ -1,12 +1,13 @@
 """How the answer is put in words: what fits, times, and what the tests did."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fdi.diagnosis.values import MOST_LETTERS
-from fdi.diagnosis.verdict import _fitted, _time, count_tests
+from fdi.diagnosis.verdict import _fitted, _moment, _time, count_tests
 from fdi.telemetry import Flight
 
 from .build import alarms_of, bank_of, model, row
@@ -54,6 +55,18 @@ def test_what_never_fits_is_cut_after_a_word():
 )
 def test_a_length_of_time_is_told_in_seconds_and_above_one_in_minutes(seconds, said):
     assert _time(seconds) == said
+
+
+def test_a_vehicle_on_the_ground_has_no_height_and_no_time_in_flight():
+    signals = replace(
+        alarms_of(BANK, {}).residuals.signals,
+        height=np.zeros(len(alarms_of(BANK, {}).residuals.signals.t)),
+        flights=(Flight(10, 100, flew=False),),
+    )
+    finding = SimpleNamespace(onset=40.0, flight=0)
+    assert _moment(finding, signals)[:2] == ("40.0 s into the log", "")
+    flown = replace(signals, flights=(Flight(10, 100, takeoff=20.0),))
+    assert _moment(finding, flown)[:2] == ("20.0 s into flight (log 40.0 s)", ", at 0 m")
 
 
 def test_tests_are_counted_that_ran_that_raised_an_alarm_and_that_strayed():

@@ -1,12 +1,15 @@
 """Units of models: texts, quantities, expressions."""
 
+import os
 import subprocess
 import sys
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from fdi.errors import ModelError
-from fdi.model.dimensions import dimension, dimension_of, quantity
+from fdi.model.dimensions import SYMBOLS_READ, _registry, dimension, dimension_of, quantity
 from fdi.model.expression import parse
 from fdi.units import si_units
 
@@ -133,3 +136,34 @@ def test_a_number_needs_no_pint():
         "import sys, fdi.model.dimensions as d; d.dimension('1'); assert 'pint' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+SYMBOL = st.tuples(
+    st.sampled_from(sorted(set(SYMBOLS_READ) - {"1"})), st.sampled_from(["", "^2", "**3", "^-1"])
+)
+
+
+@given(
+    st.lists(SYMBOL, min_size=1, max_size=5),
+    st.lists(st.sampled_from(" */"), min_size=4, max_size=4),
+)
+def test_what_is_read_without_pint_is_what_pint_says(names, between):
+    assume(not any(name == "dB" for name, _ in names) or (len(names) == 1 and not names[0][1]))
+    text = names[0][0] + names[0][1]
+    text += "".join(a + name + power for a, (name, power) in zip(between, names[1:], strict=False))
+    own = dimension(text)
+    base = _registry().Quantity(1.0, text).to_base_units()
+    assert own.factor == pytest.approx(base.magnitude, rel=1e-12)
+    assert dict(own.exponents) == {str(k): v for k, v in base.unit_items() if str(k) != "radian"}
+
+
+def test_the_shipped_models_need_no_pint(tmp_path):
+    code = (
+        "import sys\n"
+        "from fdi.model import load_airframe\n"
+        "from fdi.model.load import shipped_models\n"
+        "for name in shipped_models(): load_airframe(name)\n"
+        "assert 'pint' not in sys.modules"
+    )
+    environment = {**os.environ, "FDI_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

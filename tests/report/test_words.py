@@ -105,6 +105,7 @@ SECOND = Flight(200, 300)
         (12, (FIRST,), "8.0 s before take-off"),
         (150, (FIRST,), "2 min 30.0 s into the log"),
         (5, (), "5.0 s into the log"),
+        (25, (Flight(10, 100, flew=False),), "25.0 s into the log"),
         (25, (FIRST, SECOND), "5.0 s into flight 1"),
         (205, (FIRST, SECOND), "5.0 s into flight 2"),
     ],

@@ -277,3 +277,9 @@ def test_airborne_times_of_long_flights_agree_with_the_labels():
             start, end = flight.airborne
             assert abs(start - low) < 2.5, name
             assert -30.0 < end - high < 0.5, name
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+def test_a_height_that_drifts_on_the_ground_is_no_flight():
+    """Its rest would begin with its take-off."""
+    assert read(SHARED / "others" / "jschall.tlog").flights == ()

@@ -18,6 +18,7 @@ PLOTTING: Final = "uplot/uPlot.iife.min.js"
 SCRIPTS: Final = (
     "values.js",
     "clock.js",
+    "frames.js",
     "plot.js",
     "grid.js",
     "track.js",

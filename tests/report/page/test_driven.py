@@ -117,6 +117,55 @@ def test_any_channel_and_every_plot_is_drawn(page: Any) -> None:
     assert min(ink) > 1  # none is empty
 
 
+COUNTED = """() => new Promise((done) => {
+  const drawn = plots.map(() => 0);
+  plots.forEach((one, place) => one.plot.hooks.draw.push(() => { drawn[place] += 1; }));
+  const seen = plots.map((one) => inSight.has(one.live));
+  for (let i = 0; i < 20; i++) flightClock.move(0.002);
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    const soon = [...drawn];
+    setTimeout(() => done({ seen, soon, last: [...drawn] }), 500);
+  }));
+})"""
+
+
+def test_a_pan_draws_what_is_in_sight_once_a_frame_and_the_rest_when_it_rests(page: Any) -> None:
+    page.locator("#overview").scroll_into_view_if_needed()
+    page.wait_for_timeout(300)
+    page.evaluate("flightClock.zoom(0.5)")
+    page.wait_for_timeout(500)
+    found = page.evaluate(COUNTED)
+    overview = [
+        row
+        for row, on_clock in enumerate(
+            page.evaluate("plots.map((one) => !!one.live.closest('figure[data-plot^=overview]'))")
+        )
+        if on_clock
+    ]
+    assert {found["seen"][row] for row in overview} == {True, False}
+    for row in overview:
+        assert found["soon"][row] == (1 if found["seen"][row] else 0)
+        assert found["last"][row] == 1
+
+
+def test_the_pointer_leaves_no_trail_on_the_way(page: Any) -> None:
+    if not page.evaluate("!!way"):
+        pytest.skip("no position in this log")
+    page.locator('figure[data-plot="track"]').scroll_into_view_if_needed()
+    page.locator('figure[data-plot="track"] canvas').wait_for()
+    page.wait_for_timeout(300)
+    pictures = []
+    for share in (0.2, 0.8, 0.2):
+        page.evaluate(
+            "(share) => pointer.set(way.t[Math.floor(share * way.t.length)], null)", share
+        )
+        page.wait_for_timeout(200)
+        pictures.append(
+            page.evaluate("document.querySelector('figure[data-plot=track] canvas').toDataURL()")
+        )
+    assert pictures[0] == pictures[2] != pictures[1]
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(400, "dark"), (1400, "light")])
 def test_nothing_serious_keeps_anybody_out(page: Any, width: int, scheme: str) -> None:
     axe = pytest.importorskip("axe_playwright_python")

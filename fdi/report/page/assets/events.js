@@ -25,12 +25,9 @@ function makeMarks(inside) {
       if (b <= a) continue;
       ctx.fillStyle = colour(`m${modeNames.indexOf(name) % 6}`);
       ctx.fillRect(a, 18, b - a, 15);
-      ctx.save();
-      ctx.beginPath(); ctx.rect(a, 18, b - a - 2, 15); ctx.clip();
       ctx.fillStyle = colour("soft");
       ctx.textAlign = "left";
-      ctx.fillText(name, a + 3, 26);
-      ctx.restore();
+      if (ctx.measureText(name).width < b - a - 5) ctx.fillText(name, a + 3, 26); // the pointer tells the rest
     }
     ctx.textAlign = "center";
     for (const mark of shownMarks()) {

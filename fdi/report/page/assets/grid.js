@@ -2,7 +2,8 @@
 
 const ROW = 16;
 
-/** A canvas that keeps the width of its parent and the sharpness of the screen. */
+/** A canvas that keeps the width of its parent and the sharpness of the screen; asked for its size it
+ *  is empty. */
 function canvasIn(inside, height, label) {
   const live = element("div", undefined, "live");
   const made = element("canvas", undefined, "own");
@@ -22,6 +23,7 @@ function canvasIn(inside, height, label) {
       made.height = lines;
     }
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    ctx.clearRect(0, 0, wide, tall);
     ctx.font = "11px system-ui, sans-serif";
     return { ctx, wide, tall };
   };
@@ -55,7 +57,6 @@ function onClock(surface, clock, left, draw, told) {
     wide = w;
     const edge = left(); // asks for the layout: once
     const x = (t) => edge + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (w - edge);
-    ctx.clearRect(0, 0, w, tall);
     draw(ctx, x, w, tall);
     if (pointer.t !== null && pointer.t >= clock.shown[0] && pointer.t <= clock.shown[1]) {
       ctx.strokeStyle = colour("cursor");
@@ -64,8 +65,7 @@ function onClock(surface, clock, left, draw, told) {
       ctx.setLineDash([]);
     }
   };
-  clock.onChange(redraw);
-  pointer.onChange(redraw);
+  follows(surface.live, clock, redraw);
   surface.live.addEventListener("pointermove", (event) => {
     const t = timeAt(event);
     pointer.set(t, surface);

@@ -24,8 +24,6 @@ function drawn(make) {
   return (figure) => {
     const redraw = make(figure);
     redraws.push(redraw);
-    flightClock.onChange(redraw);
-    pointer.onChange(redraw);
     redraw();
   };
 }

@@ -1,7 +1,8 @@
 // A panel as a plot to zoom, by uPlot.
 
 const AXIS = 60;
-const REST_MS = 120;
+// One pixel: a browser strokes wider lines many times slower, and a pan draws thousands of pieces.
+const LINE = 1;
 const plots = [];
 
 /** Return curves as one table of uPlot's: common times, and a column for each curve. */
@@ -79,11 +80,6 @@ function ticked(tick, step) {
   return tick.toFixed(digits);
 }
 
-function isInSight(live) {
-  const box = live.getBoundingClientRect();
-  return box.bottom > -100 && box.top < innerHeight + 100;
-}
-
 /** Make a panel a plot inside an element, on a clock; returns it. */
 function makePlot(inside, panel, clock, height = 150) {
   const live = element("div", undefined, "live");
@@ -106,7 +102,7 @@ function makePlot(inside, panel, clock, height = 150) {
       ...panel.curves.map((curve) => ({
         label: curve.label,
         stroke: colour(`c${curve.ink % 8}`),
-        width: curve.look === "bound" ? 1 : 1.4,
+        width: LINE,
         dash: curve.look === "dash" ? [7, 4] : curve.look === "bound" ? [2, 3] : undefined,
         points: { show: curve.look === "line" ? undefined : false, size: 4 },
         paths: curve.stepped ? uPlot.paths.stepped({ align: 1 }) : undefined,
@@ -136,15 +132,9 @@ function makePlot(inside, panel, clock, height = 150) {
   made.redraw = () => made.plot.redraw(false);
   made.rebuild = build;
   made.resize = () => made.plot.setSize({ width: wide(), height });
-  // what is out of sight follows when the pan rests: thirty plots a frame are too many
-  let resting = null;
-  const follow = () => made.plot?.setScale("x", { min: clock.shown[0], max: clock.shown[1] });
-  clock.onChange(() => {
-    clearTimeout(resting);
-    if (isInSight(live)) follow(); else resting = setTimeout(follow, REST_MS);
-  });
+  clock.onChange(whenSeen(live, () => made.plot?.setScale("x", { min: clock.shown[0], max: clock.shown[1] })));
   pointer.onChange((t, from) => {
-    if (from === made || !made.plot || !isInSight(live)) return;
+    if (from === made || !made.plot || !inSight.has(live)) return;
     const left = t === null ? -10 : made.plot.valToPos(t, "x");
     made.plot.told = true;
     made.plot.setCursor({ left: left >= 0 && left <= made.plot.over.clientWidth ? left : -10, top: -10 }, true);

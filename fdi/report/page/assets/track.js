@@ -81,7 +81,7 @@ function makeTrack(inside) {
   const scale = () => Math.min((size.wide - 40) / Math.max(e1 - e0, 1), (size.tall - 40) / Math.max(m1 - m0, 1));
   const place = (i) => [size.wide / 2 + (way.e[i] - (e0 + e1) / 2) * scale(), size.tall / 2 - (way.m[i] - (m0 + m1) / 2) * scale()];
   hovering(surface, place);
-  return () => {
+  const redraw = () => {
     const { ctx, wide, tall } = surface.size();
     size = { wide, tall };
     const rough = 90 / scale(), power = 10 ** Math.floor(Math.log10(rough));
@@ -91,6 +91,8 @@ function makeTrack(inside) {
     ctx.fillRect(10, tall - 12, step * scale(), 2);
     ctx.fillText(`${step} m`, 10, tall - 18);
   };
+  follows(surface.live, flightClock, redraw);
+  return redraw;
 }
 
 function makeSpace(inside) {
@@ -144,5 +146,6 @@ function makeSpace(inside) {
     redraw();
   });
   hovering(surface, place);
+  follows(surface.live, flightClock, redraw);
   return redraw;
 }
