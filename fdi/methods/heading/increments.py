@@ -6,7 +6,9 @@ the same at both ends. A deviation adds, as variances,
 
 - what sensors of the kind are good for (`STATED`);
 - what lies between two records of a rate: were they independent, each would stand for one period
-  with the variance of half their difference squared;
+  with the variance of half their difference squared. Where the estimator's attitude is recorded as
+  often, and shows that from record to record it turned as far as the mean of their rates says, no
+  more than what these differ by was missed;
 - what a compass reads late, times how fast the vehicle turns and leans, and what it deviates on
   another heading;
 - by how much the heading depends on which tilt levels the compass (accelerometer, estimator);
@@ -35,6 +37,7 @@ from fdi.methods.heading.tilt import (
     complementary,
     turned_by,
 )
+from fdi.methods.setup.rotations import to_earth
 from fdi.telemetry.message import Floats
 
 WINDOW_S: Final = 5.0
@@ -47,6 +50,8 @@ LEFT: Final = 0.3
 STEADY: Final = 0.2
 """Of gravity, by which specific force may differ for accelerometers to tell the tilt (choice)."""
 BRIEF_S: Final = 0.5
+AS_OFTEN: Final = 0.1
+"""Of a record's period, by which attitudes may be less often recorded and count as often."""
 TAU_S: Final = 2.0
 """Of the tilt by accelerometers; usual are 1 to 10 s."""
 COMPASS_LATE_S: Final = 0.1
@@ -97,7 +102,8 @@ def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     if angles is None:
         angles = np.array([*_accelerometer_tilt(ride), np.full(ride.t.size, np.nan)])
     turned = angle_rates(angles[0], angles[1], ride.rates)
-    gyro, between = _integrated(ride.t, turned[2], grid, before)
+    gyro = change(ride.t, integral(ride.t, turned[2]), grid, before)
+    between = _between(ride, turned[2], _steps(ride, angles[2]), grid, before)
     compass, doubt = _compass(ride, angles, turned, grid, before)
     gap = gap_between(ride.t, before, grid)
     for own in (gyro, compass):
@@ -147,7 +153,7 @@ def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
     doubt = np.hypot(STATED["accelerometer"], _both(ride, left, grid, before))
     found = []
     for axis in (0, 1):
-        _, between = _integrated(ride.t, turned[axis], grid, before)
+        between = _between(ride, turned[axis], _steps(ride, angles[axis]), grid, before)
         # what both share is taken off before the angle is wrapped: an integral has no range
         apart = _trailing(ride, wrap(leant[axis] - angles[axis])) - pulled[axis]
         drifts = _trailing(ride, angles[axis] - integral(ride.t, turned[axis]))
@@ -195,7 +201,11 @@ def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
     )
     off = _angle(now, then)
     off[gap_between(ride.t, before, grid)] = np.nan
-    between = sum(_integrated(ride.t, row, grid, before)[1] ** 2 for row in ride.rates)
+    steps = _body_steps(ride)
+    between = sum(
+        _between(ride, row, step, grid, before) ** 2
+        for row, step in zip(ride.rates, steps, strict=True)
+    )
     late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
     swing = [change(ride.t, integral(ride.t, row), grid, before) for row in ride.rates]
     apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
@@ -352,12 +362,39 @@ def _pulled(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
     return -np.arctan(right / G), np.arctan(ahead / G), doubt
 
 
-def _integrated(t: Floats, rate: Floats, grid: Floats, before: Floats) -> tuple[Floats, Floats]:
-    """Return a rate's integral from ``before`` to ``grid``, and what records may have missed."""
-    whole = integral(t, rate)
-    missed = np.insert(np.cumsum((np.diff(np.nan_to_num(rate)) * np.diff(t)) ** 2 / 2), 0, 0.0)
-    sums = [np.interp(grid, t, x) - np.interp(before, t, x) for x in (whole, missed)]
-    return sums[0], np.sqrt(np.maximum(sums[1], 0.0))
+def _between(ride: Ride, rate: Floats, turned: Floats, grid: Floats, before: Floats) -> Floats:
+    """Return the deviation by what records of a rate may have missed from ``before`` to ``grid``.
+
+    ``turned``, (n - 1,): what the attitude turned from record to record; NaN unknown.
+    """
+    known = np.nan_to_num(rate)
+    period = np.diff(ride.t)
+    missed = (np.diff(known) * period) ** 2 / 2
+    seen = wrap(turned - (known[1:] + known[:-1]) / 2 * period) ** 2
+    seen = np.where(np.isfinite(seen), seen, missed)
+    sums = [np.insert(np.cumsum(own), 0, 0.0) for own in (missed, seen)]
+    # of the sums the lesser: the sum of the lesser ones would be too small by chance
+    least = np.minimum(*(change(ride.t, own, grid, before) for own in sums))
+    return np.sqrt(np.maximum(least, 0.0))
+
+
+def _steps(ride: Ride, angle: Floats) -> Floats:
+    """Return by how much an angle of the attitude changed from record to record, (n - 1,)."""
+    is_seen = ride.angles is not None and ride.coarse <= AS_OFTEN * ride.period
+    return np.diff(angle) if is_seen else np.full(ride.t.size - 1, np.nan)
+
+
+def _body_steps(ride: Ride) -> Floats:
+    """Return by how much the attitude turned about the body's axes, (3, n - 1), rad."""
+    if ride.angles is None:
+        return np.full((3, ride.t.size - 1), np.nan)
+    place = to_earth(*ride.angles)
+    step = np.einsum("nji,njk->nik", place[:-1], place[1:])
+    across = np.array([step[:, i, j] - step[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))]) / 2
+    size = np.linalg.norm(across, axis=0)
+    about = np.trace(step, axis1=1, axis2=2)
+    whole = across * np.arctan2(size, (about - 1) / 2) / np.maximum(size, 1e-12)
+    return np.array([own + 0 * _steps(ride, ride.angles[2]) for own in whole])
 
 
 def integral(t: Floats, rate: Floats) -> Floats:
