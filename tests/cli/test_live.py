@@ -23,7 +23,7 @@ def played(path: Path) -> str:
 
 
 def test_a_flight_is_observed_kept_and_told(run: Run, weak: Path) -> None:
-    ended = run("observe", played(weak), "--record", "k.tlog", "--seconds", 6, "--out", "seen")
+    ended = run("observe", played(weak), "--record", "k.tlog", "--seconds", 4, "--out", "seen")
     assert ended.code == 0
     assert "heard system 1, a quad with ardupilot\n" in ended.out
     assert "\nMOTOR 1 gives less than it is asked for since 4" in ended.out
