@@ -22,8 +22,8 @@ from fdi.residuals.distinguish import (
     Distinguishability,
     distinguishability,
     smallest_size,
-    window_of,
 )
+from fdi.residuals.window import window_of
 from fdi.shown import Shown
 from fdi.telemetry.airtime import time_in_air
 from fdi.units import customary, two_digits

@@ -11,10 +11,10 @@ from fdi.residuals.distinguish import (
     best_test,
     distinguishability,
     smallest_size,
-    window_of,
 )
 from fdi.residuals.respond import stretch
 from fdi.residuals.suffice import Wish, both_ways, cheapest_sensors, cheapest_tests
+from fdi.residuals.window import window_of
 
 from .build import airframe
 from .test_evaluate import signals, truth
