@@ -50,7 +50,7 @@ class Trial:
         place = place_of(residuals, window.start_s, window.length_s)
         number = {row: i for i, row in enumerate(place.rows)}
         self.rows = [
-            number[int(row)] * place.count + int(sample)
+            number[int(row)] * place.samples + int(sample)
             for row, sample in zip(window.residual, window.sample, strict=True)
         ]
         self.place, self.piece = place, place.pieces(AT_ONCE)

@@ -107,13 +107,13 @@ class Place(NamedTuple):
     residuals: Residuals
     rows: tuple[int, ...]
     first: int
-    count: int
+    samples: int
     reach: int
 
     @property
     def size(self) -> int:
         """Return the samples of the piece, those to both sides included."""
-        return self.count + 2 * self.reach
+        return self.samples + 2 * self.reach
 
     def pieces(self, times: int) -> Stretch:
         """Return the piece so many times over: it is computed with as many faults at once."""
@@ -123,7 +123,7 @@ class Place(NamedTuple):
     def seen(self, columns: Floats) -> Floats:
         """Return of the residuals' columns over pieces, (r, p * n), what is looked at, (p, m)."""
         each = columns[list(self.rows)].reshape(len(self.rows), -1, self.size)
-        inner = each[:, :, self.reach : self.reach + self.count]
+        inner = each[:, :, self.reach : self.reach + self.samples]
         return np.swapaxes(inner, 0, 1).reshape(inner.shape[1], -1)
 
 
@@ -199,7 +199,7 @@ def window_of(
     for own in free:
         known &= np.isfinite(own).all(axis=1)
     equations = [system.equations[of[name]] for name in names]
-    kept = np.repeat(np.array(place.rows, dtype=np.int64), place.count)[known]
+    kept = np.repeat(np.array(place.rows, dtype=np.int64), place.samples)[known]
     covariance = found[known] @ found[known].T
     same = kept[:, None] == kept
     covariance += np.where(same, 1.0, SHARED) * (left[known] @ left[known].T)
@@ -209,7 +209,7 @@ def window_of(
         names,
         tuple(f"{e.unit}/s" if profile == "drift" else e.unit for e in equations),
         kept,
-        np.tile(np.arange(place.count), len(place.rows))[known],
+        np.tile(np.arange(place.samples), len(place.rows))[known],
         covariance,
         response[:, known],
         np.zeros(len(names)),
@@ -236,7 +236,7 @@ def moved_by(window: Window, residuals: Residuals, sizes: Floats) -> Iterator[Fl
     place = place_of(residuals, window.start_s, window.length_s)
     number = np.full(len(residuals.bank.generators), -1)
     number[list(place.rows)] = np.arange(len(place.rows))
-    rows = number[window.residual] * place.count + window.sample
+    rows = number[window.residual] * place.samples + window.sample
     shape = _shape(place, window.profile)
     count = sizes.shape[1]
     draws = max(PIECES // count, 2) // 2 * 2
@@ -345,7 +345,7 @@ def _slopes(
     )
     both = np.where(np.isnan(up), -down, np.where(np.isnan(down), up, (up - down) / 2))
     free = np.zeros((both.shape[1], n))
-    sample = np.tile(np.arange(place.count), len(place.rows)) + place.reach
+    sample = np.tile(np.arange(place.samples), len(place.rows)) + place.reach
     for at in range(n):
         near = np.abs(sample - at) <= reach
         free[near, at] = both[at % apart, near] / size
@@ -359,7 +359,7 @@ def _noise(
 
     Last how often each row is known, (m,).
     """
-    columns = [np.zeros((len(place.rows) * place.count, 1))]
+    columns = [np.zeros((len(place.rows) * place.samples, 1))]
     linear = np.zeros((len(columns[0]), DRAWS))
     added, normal = drawn(noise, np.random.default_rng(0), DRAWS)
     for source in noise:
