@@ -53,6 +53,12 @@ EXPORTS: Final = ("py", "csv", "mat", "graphml")
     " the others.",
 )
 @click.option(
+    "--tell",
+    metavar="FAULT=SIZE[,FAULT=SIZE]",
+    help="With --log: the cheapest messages and tests that see one fault, or tell two apart, "
+    "within 5 s; sizes in SI units.",
+)
+@click.option(
     "--figure",
     metavar="KIND|FILE",
     help=f"Draw {', '.join(FIGURES[:-1])} or {FIGURES[-1]}. A FILE ({', '.join(PICTURES)}) "
@@ -87,6 +93,7 @@ def structure(
     against: str | None,
     as_json: bool,
     sizes: bool,
+    tell: str | None,
     figure: str | None,
     out: Path | None,
     integrate: bool,
@@ -100,7 +107,7 @@ def structure(
     what, path = _picture(figure, out, model)
     kind = _ending(path, PICTURES, "picture")
     form = _ending(export, EXPORTS, "export")
-    if sizes and log is None:
+    if (sizes or tell is not None) and log is None:
         raise UsageError("sizes need a flight to be sizes of", hint="name one with --log")
     if placing and against is not None:
         raise UsageError("--place and --against answer two questions", hint="ask one at a time")
@@ -110,6 +117,7 @@ def structure(
     from fdi.methods.table import methods_of
     from fdi.model import Airframe, load_airframe
     from fdi.model.placement import Placement, place
+    from fdi.report.enough import enough_document, enough_for, enough_summary
     from fdi.report.model_document import model_document, study
     from fdi.report.model_gain import gain_document, model_gain
     from fdi.report.sizes import sizes_document, sizes_of, sizes_summary
@@ -130,9 +138,11 @@ def structure(
 
     found = studied(airframe, place(airframe, recorded) if placing else None)
     gain = None if older is None else model_gain(studied(older), found)
-    measured = None
-    if sizes and recorded is not None:
-        measured = sizes_of(residuals_of(recorded, airframe).residuals)
+    measured = enough = None
+    if (sizes or tell is not None) and recorded is not None:
+        residuals = residuals_of(recorded, airframe).residuals
+        measured = sizes_of(residuals) if sizes else None
+        enough = None if tell is None else enough_for(residuals, tell)
     if path is not None:
         from fdi.report import write_file
         from fdi.report.model_figures import model_figure
@@ -151,7 +161,8 @@ def structure(
             complain(f"fdi: warning: {line}")
         bought = {} if gain is None else {"against": gain_document(gain)}
         large = {} if measured is None else {"sizes": sizes_document(measured)}
-        answer(json_text({**model_document(found), **bought, **large}))
+        cheap = {} if enough is None else {"enough": enough_document(enough)}
+        answer(json_text({**model_document(found), **bought, **large, **cheap}))
     elif gain is not None:
         from fdi.report.model_gain_text import gain_summary
 
@@ -162,6 +173,8 @@ def structure(
         show(model_summary(found))
         if measured is not None:
             show(sizes_summary(measured))
+        if enough is not None:
+            show(enough_summary(enough))
     return 0
 
 

@@ -21,6 +21,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``explain.py``: the evidence for a finding in words
 - ``clearing.py``: who is ruled out, and how small a fault would have shown
 - ``hitting.py``: which sets of faults explain all alarms, by structure alone
+- ``together.py``: who together explains all alarms, where one is not the whole answer
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
 - ``departed.py``: whether the flight is unlike those that its policy was learned from
 - ``ending.py``: what was first where a flight ended badly
@@ -45,6 +46,7 @@ from fdi.diagnosis.values import (
     RuledOut,
     Size,
     Term,
+    Together,
     WouldShow,
     runs,
 )
@@ -65,6 +67,7 @@ __all__ = [
     "RuledOut",
     "Size",
     "Term",
+    "Together",
     "WouldShow",
     "diagnose",
     "diagnoses",

@@ -24,6 +24,7 @@ from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.naming import Cause, Effect, doubted, name
 from fdi.diagnosis.size import size_of
+from fdi.diagnosis.together import together
 from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
     MARKED,
@@ -34,6 +35,7 @@ from fdi.diagnosis.values import (
     Finding,
     Open,
     RuledOut,
+    Together,
 )
 from fdi.diagnosis.verdict import count_tests, outlook, verdict
 from fdi.model.parts import Kind
@@ -58,6 +60,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     cleared: tuple[RuledOut, ...] = ()
     undecided: tuple[Open, ...] = ()
     others: tuple[Agreement, ...] = ()
+    sets: tuple[Together, ...] = ()
     flew = bool(np.any(alarms.residuals.signals.state.airborne))
     untested = not_testable(alarms, bank, implementable, flew=flew)
     if alarms.use.accuse:
@@ -70,6 +73,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         consequences = _consequences(effects, causes, inquiries)
         kept = doubted(causes, effects, inquiries, fitted)
         cleared = tuple(one for one in clearable(alarms) if one.component not in kept)
+        sets = tuple(together(inquiries, causes, effects))
         others = agreements(inquiries, causes, bank)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
@@ -85,6 +89,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         ruled_out=cleared,
         open=undecided,
         not_testable=untested,
+        together=sets,
         methods=others,
         grid=grid,
         implementable=implementable,

@@ -152,6 +152,25 @@ class Open(Shown):
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Together(Shown):
+    """Who could have made all alarms of a flight, where one is not the whole answer.
+
+    Attributes
+    ----------
+    flight : int
+    tests : int
+        How many alarmed.
+    diagnoses : tuple of tuple of str
+        The minimal sets of one and of two components, fewest first, then those that hold most of
+        the accused; none where it takes more.
+    """
+
+    flight: int
+    tests: int
+    diagnoses: tuple[tuple[str, ...], ...]
+
+
 FirstKind = Literal["event", "command", "trigger", "alarm"]
 
 
@@ -315,6 +334,8 @@ class Diagnosis:
         One for each flight.
     open : tuple of Open
         Who is neither accused nor cleared, though tests ran.
+    together : tuple of Together
+        Of flights where several are accused, or none explains all alarms alone.
     methods : tuple of Agreement
         What methods beside the model's tests say of the findings.
     implementable, structural : Isolability
@@ -331,6 +352,7 @@ class Diagnosis:
     ruled_out: tuple[RuledOut, ...]
     open: tuple[Open, ...]
     not_testable: tuple[NotTestable, ...]
+    together: tuple[Together, ...]
     methods: tuple[Agreement, ...]
     grid: FaultGrid
     implementable: Isolability

@@ -15,6 +15,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,
   ``fdi info`` and ``fdi structure`` give as JSON
 - ``model_figures.py``: a model in pictures; ``sizes.py``: how large faults must be on a flight
+- ``enough.py``: the cheapest messages and tests that tell faults of given sizes
 - ``model_gain.py``, ``model_gain_text.py``: what a model shows beyond an older one
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder

@@ -95,6 +95,14 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             for item in diagnosis.ruled_out
         ],
         "open": [{"component": item.component, "text": item.text} for item in diagnosis.open],
+        "together": [
+            {
+                "flight": item.flight,
+                "tests": item.tests,
+                "diagnoses": [list(one) for one in item.diagnoses],
+            }
+            for item in diagnosis.together
+        ],
         "departed": _departed(analysis),
         "ends": [_ending(item) for item in diagnosis.endings],
         "not_testable": [

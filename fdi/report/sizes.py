@@ -20,10 +20,11 @@ from fdi.report.words import clean
 from fdi.residuals import Residuals
 from fdi.residuals.distinguish import (
     Distinguishability,
+    at_smallest,
     distinguishability,
     smallest_size,
-    window_of,
 )
+from fdi.residuals.window import window_of
 from fdi.shown import Shown
 from fdi.telemetry.airtime import time_in_air
 from fdi.units import customary, two_digits
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 LENGTH_S: Final = 5.0
 PER_HOUR: Final = 1.0
 POWER: Final = 0.9
+ALPHA: Final = PER_HOUR * LENGTH_S / 3600
+"""Of a false alarm in one window."""
 ALIKE: Final = 1.02
 """Times the size that is seen: told from this on, a fault is as easily told as seen."""
 PLACES: Final = (0.25, 0.5, 0.75)
@@ -75,7 +78,7 @@ def sizes_of(residuals: Residuals) -> Sizes:
             window = window_of(residuals, start + place * (end - start), LENGTH_S)
         except UsageError:  # so near the flight's end that no derivative is known
             continue
-        each.append(distinguishability(window))
+        each.append(distinguishability(at_smallest(window, residuals, ALPHA, POWER)))
     if not each:
         raise UsageError(
             f"no {LENGTH_S:g} s of the flight are whole", where=residuals.signals.log_name
@@ -87,7 +90,6 @@ def sizes_of(residuals: Residuals) -> Sizes:
         np.median([one.detected for one in each], axis=0),
         np.median([one.told for one in each], axis=0),
     )
-    alpha = PER_HOUR * LENGTH_S / 3600
     others = np.where(np.eye(len(found.names), dtype=bool), np.inf, found.told)
     # from a fault that shows nothing there is nothing to be told
     others[:, found.detected == 0] = np.inf
@@ -98,8 +100,8 @@ def sizes_of(residuals: Residuals) -> Sizes:
     distance = np.where(np.isfinite(worst.min(axis=1)), worst.min(axis=1), found.detected)
     return Sizes(
         found,
-        smallest_size(found.detected, alpha, POWER),
-        smallest_size(np.where(np.isnan(found.detected), np.nan, distance), alpha, POWER),
+        smallest_size(found.detected, ALPHA, POWER),
+        smallest_size(np.where(np.isnan(found.detected), np.nan, distance), ALPHA, POWER),
         nearest,
     )
 
@@ -154,7 +156,10 @@ def sizes_summary(sizes: Sizes) -> Iterator[RenderableType]:
     if hidden:
         yield text(f"{hidden} faults move no test by a step here (limits, or what was unknown)")
     if unstated:
-        yield text(f"{unstated} show in what no noise is stated of: no size is known")
+        yield text(
+            f"{unstated} show in what no noise is stated of, or what noise itself makes unknown: "
+            "no size is known"
+        )
 
 
 def _sized(value: float, unit: str) -> str:

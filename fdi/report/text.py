@@ -122,6 +122,7 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     yield from _departed(analysis)
     yield from _consequences(analysis)
     yield from _methods(analysis)
+    yield from _together(analysis)
     yield from _ruled_out(analysis)
     yield from _not_testable(analysis)
     yield from _left_open(analysis)
@@ -215,6 +216,17 @@ def _consequences(analysis: Analysis) -> Iterator[RenderableType]:
         "What follows from it",
         [f"{item.text} (log {at(item.onset)} s)" for item in analysis.diagnosis.consequences],
     )
+
+
+def _together(analysis: Analysis) -> Iterator[RenderableType]:
+    for item in analysis.diagnosis.together:
+        lines = [" and ".join(one) for one in item.diagnoses]
+        count = len(analysis.log.flights)
+        where = f" in flight {item.flight + 1} of {count}" if count > 1 else ""
+        yield from _list(
+            f"By structure alone, what explains all {plural(item.tests, 'test')} in alarm{where}",
+            lines or ["no component and no two together"],
+        )
 
 
 def _ruled_out(analysis: Analysis) -> Iterator[RenderableType]:

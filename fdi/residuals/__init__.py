@@ -22,6 +22,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``observer.py``: residuals behind which states are integrated; ``trajectory.py``: where these
   states go; ``kalman.py``: the gain, and what each source of noise does
 - ``respond.py``: how residuals move when a fault is put into the data
+- ``window.py``: what noise and faults do to all residuals over a window
 - ``distinguish.py``: how far apart faults are in noise, and how large one must be to be told
 - ``suffice.py``: the cheapest tests or sensors that tell faults of given sizes apart
 - ``amount.py``: how much it is, where a statement is violated

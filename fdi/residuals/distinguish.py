@@ -4,40 +4,27 @@ In: residuals of a flight, a stretch of it, and a time profile for faults. Out: 
 every pair of faults the distinguishability of Eriksson, Frisk and Krysander, and from it the
 smallest size that is detected, and told from another fault, at a false-alarm rate.
 
-The bank is linear for small changes around what was flown. Over a window of samples all residuals
-together are ``r = F_i s + F_j y + A e``: ``e`` is white noise of the channels at every sample, by
-their accuracies, ``A`` what it does to the residuals (derivatives and relations included, so that
-residuals of the same channels are correlated), ``F_i s`` what fault i of size s does, and ``F_j y``
-what fault j does with any time profile. How far the data with fault i are from the nearest that
-fault j could make, as the expected log-likelihood ratio (Kullback-Leibler), is half the square of
-what is left of ``F_i s`` when the noise is made white and the span of ``F_j`` is projected out.
-
-What stays the same over the window counts once, not once for every sample: the part of an accuracy
-that does not change from sample to sample (beyond ``jitter``), and the tolerance of an equation, of
-which two standard deviations are what the model states. Offsets that the decision takes off are
-left out, and so are slopes over longer windows.
+Over a window of samples all residuals together are ``r = F_i s + F_j y + A e`` (``window.py``):
+``A e`` is what noise does to them, ``F_i s`` what fault i of size s does, and ``F_j y`` what fault
+j does with any time profile. How far the data with fault i are from the nearest that fault j could
+make, as the expected log-likelihood ratio (Kullback-Leibler), is half the square of what is left of
+``F_i s`` when the noise is made white and the span of ``F_j`` is projected out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.errors import UsageError
 from fdi.model.evaluate import Floats
 from fdi.residuals.bank import Residuals
-from fdi.residuals.evaluate import compute_node, context_of
-from fdi.residuals.reads import needed_for
-from fdi.residuals.respond import Fault, Stretch, respond, stretch
+from fdi.residuals.window import Window, at_sizes, moved_by
 from fdi.shown import Shown
 
-Profile = Literal["step", "drift"]
-KINDS: Final = frozenset({"channel", "solve", "loop", "part", "derivative", "residual"})
-"""Nodes whose value at a sample depends on samples nearby alone."""
 FLOOR: Final = 1e-2
 """Variance of a residual, relative to its own by the noise, that it has for itself alone: residuals
 of the same channels are functions of one another, but not to better than 10 % of their noise, since
@@ -49,44 +36,10 @@ SETTLED: Final = 0.5
 all the noise there is): beyond, no noise is stated of what shows the fault."""
 FREE: Final = 1e-5
 """Share of a response below which what is left of it is rounding."""
-SMALL: Final = 0.1
-"""Of an accuracy: the size of the faults by which the bank is made linear."""
+TIMES: Final = 2.0 ** np.arange(-2, 5)
+"""Of the size by the slopes: where the size is looked for from which a fault is seen."""
 SPAN: Final = 1e-7
 """Singular values of a fault's span, relative to the largest, below which they are rounding."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Window(Shown):
-    """What noise and faults do to all residuals over a window, to first order.
-
-    Attributes
-    ----------
-    names, units : tuple of str
-        Of the f faults; a drift's unit is per second.
-    residual, sample : (m,) int
-        Of every row the place of its residual in the bank, and which sample of the window it is.
-    covariance : (m, m) float
-        Of the rows, by the noise.
-    response : (f, m) float
-        Of the rows to every fault of size one.
-    free : tuple of (m, k) float
-        What every fault can do to the rows with any time profile.
-    sigma : (f,) float
-        The accuracy of the channel of every fault, NaN where it is none's.
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    residual: NDArray[np.int64]
-    sample: NDArray[np.int64]
-    covariance: Floats
-    response: Floats
-    free: tuple[Floats, ...]
-    sigma: Floats
-
-    def __repr__(self) -> str:
-        rows = len(self.residual)
-        return f"<Window: {len(self.names)} faults, {rows} values of residuals>"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,81 +60,6 @@ class Distinguishability(Shown):
     units: tuple[str, ...]
     detected: Floats
     told: Floats
-
-
-def window_of(
-    residuals: Residuals,
-    start_s: float,
-    length_s: float = 5.0,
-    profile: Profile = "step",
-    faults: Sequence[str] | None = None,
-) -> Window:
-    """Return what noise and faults do to a bank's residuals over a window of a flight.
-
-    Parameters
-    ----------
-    residuals : Residuals
-    start_s, length_s : float
-        s of the log's clock: when the fault begins, and how long after it is looked.
-    profile : {"step", "drift"}
-        One from the start on, or one per second.
-    faults : sequence of str, optional
-        By default all of the system.
-
-    Raises
-    ------
-    UsageError
-        A fault is none of the system's, or the window is not within the flight.
-    """
-    system = residuals.bank.system
-    place = {fault.name: fault.equation for fault in system.faults}
-    names = tuple(place) if faults is None else tuple(faults)
-    if strangers := [name for name in names if name not in place]:
-        raise UsageError(f"{strangers[0]!r} is no fault of {system.name}")
-    rows = _usable(residuals)
-    step = 1.0 / residuals.signals.rate_hz
-    reach = round(max((residuals.delay_s[row] for row in rows), default=0.0) / step)
-    first = int(np.searchsorted(residuals.t, start_s - step / 2))
-    count = max(round(length_s / step), 1)
-    span = slice(first - reach, first + count + reach)
-    if span.start < 0 or span.stop > len(residuals.t):
-        raise UsageError(f"{length_s:g} s from {start_s:g} s on are not within the flight")
-    piece = stretch(residuals, span)
-    size = len(piece.t)
-    inner = slice(reach, size - reach)
-    values = np.array([piece.nodes[residuals.bank.generators[r].node].column for r in rows])
-    known = np.isfinite(values.reshape(len(rows), size))[:, inner].ravel()
-    kept = np.repeat(np.array(rows, dtype=np.int64), count)
-    sizes = {equation: _probe(residuals, equation) for equation in place.values()}
-
-    def moved(fault: Fault) -> Floats:
-        return respond(piece, fault)[rows][:, inner].ravel()
-
-    t = np.clip((np.arange(size) - reach) * step, 0.0, None)
-    shape = (np.arange(size) >= reach).astype(float) if profile == "step" else t
-    given = np.array([moved({place[n]: sizes[place[n]] * shape}) / sizes[place[n]] for n in names])
-    profiles = {}
-    for name in names:
-        own = _impulses(piece, place[name], sizes[place[name]], _reach(residuals, place[name]))
-        profiles[place[name]] = own[rows][:, inner].reshape(-1, size)
-    noise = _noise(residuals, piece, span, rows, profiles, inner)
-    response = given.reshape(len(names), -1)
-    free = tuple(profiles[place[name]][:, reach:] for name in names)
-    known &= np.isfinite(noise).all(axis=1) & np.isfinite(response).all(axis=0)
-    for own in free:
-        known &= np.isfinite(own).all(axis=1)
-    covariance = noise[known] @ noise[known].T
-    equations = [system.equations[place[name]] for name in names]
-    return Window(
-        names,
-        tuple(f"{e.unit}/s" if profile == "drift" else e.unit for e in equations),
-        kept[known],
-        np.tile(np.arange(count), len(rows))[known],
-        covariance,
-        response[:, known],
-        tuple(own[known] for own in free),
-        np.array([(e.measurement and e.measurement.accuracy) or np.nan for e in equations]),
-    )
 
 
 def distinguishability(window: Window, bank: Sequence[int] | None = None) -> Distinguishability:
@@ -285,88 +163,54 @@ def smallest_size(distance: Floats, alpha: float, power: float = 0.9) -> Floats:
         return np.asarray(needed / np.sqrt(2 * np.asarray(distance)), dtype=np.float64)
 
 
-def _usable(residuals: Residuals) -> list[int]:
-    """Return the residuals whose values depend on samples nearby alone."""
-    bank = residuals.bank
-    return [
-        row
-        for row, own in enumerate(bank.generators)
-        if {bank.nodes[i].kind for i in needed_for(bank.nodes, own.node)} <= KINDS
-    ]
+def at_smallest(window: Window, residuals: Residuals, alpha: float, power: float = 0.9) -> Window:
+    """Return a window with what faults do to the rows when they are just large enough to be seen.
 
+    Parameters
+    ----------
+    window : Window
+    residuals : Residuals
+        That it is of.
+    alpha, power : float
+        As of :func:`smallest_size`.
 
-def _reach(residuals: Residuals, equation: int) -> int:
-    """Return how many samples apart a fault and what it does to a residual can be."""
-    bank = residuals.bank
-    reached = [
-        residuals.delay_s[row]
-        for row in _usable(residuals)
-        if any(
-            bank.nodes[i].equation == equation
-            for i in needed_for(bank.nodes, bank.generators[row].node)
-        )
-    ]
-    return round(max(reached, default=0.0) * residuals.signals.rate_hz)
-
-
-def _probe(residuals: Residuals, equation: int) -> float:
-    """Return a size of a fault that is small: what health may do, of its own unit one otherwise."""
-    own = residuals.bank.system.equations[equation]
-    accuracy = own.measurement.accuracy if own.measurement else None
-    return SMALL * (accuracy or own.tolerance or 1.0)
-
-
-def _impulses(piece: Stretch, equation: int, size: float, reach: int) -> Floats:
-    """Return what a fault of one at one sample does, (r, n, n): residual, its sample, the fault's.
-
-    Faults at samples that are further apart than a value looks are put in together.
+    Returns
+    -------
+    Window
+        A length, an angle or a corner answers otherwise at ten times the noise than within it. An
+        error of a channel may be to either side: that counts where it shows less. What is off in
+        an equation has the side where it shows more. A fault that is not seen up to 16 times
+        the size by the slopes shows nothing.
     """
-    n, apart = len(piece.t), 2 * reach + 1
-    found = np.zeros((len(piece.bank.generators), n, n))
-    for offset in range(min(apart, n)):
-        added = np.zeros(n)
-        added[offset::apart] = size
-        change = respond(piece, {equation: added}) / size
-        for at in range(offset, n, apart):
-            near = slice(max(at - reach, 0), at + reach + 1)
-            found[:, near, at] = change[:, near]
-    return found
+    whiten, _ = _whitening(window.covariance)
+    sizes = smallest_size(0.5 * ((window.response @ whiten.T) ** 2).sum(axis=1), alpha, power)
+    sizes = np.where(np.isfinite(sizes), sizes, 0.0)
+    needed = float(smallest_size(np.array(0.5), alpha, power))
+    tried = sizes[:, None] * np.concatenate([TIMES, -TIMES])
+    of = {fault.name: fault.equation for fault in residuals.bank.system.faults}
+    equations = residuals.bank.system.equations
+    found: dict[str, float] = {}
+    rows = moved_by(window, residuals, tried)
+    for name, own, moved in zip(window.names, tried[:, : len(TIMES)], rows, strict=True):
+        one, other = moved @ whiten.T
+        lengths = np.sqrt(np.clip((one * other).sum(axis=1), 0.0, None)).reshape(2, -1)
+        up, down = (_crossing(own, one, needed) for one in lengths)
+        either = equations[of[name]].measurement is not None
+        found[name] = -down if (down > up) == either else up
+    return at_sizes(window, residuals, found)
 
 
-def _noise(
-    residuals: Residuals,
-    piece: Stretch,
-    span: slice,
-    rows: Sequence[int],
-    profiles: dict[int, Floats],
-    inner: slice,
-) -> Floats:
-    """Return what every independent source of noise, of variance one, does to the rows, (m, k)."""
-    bank = residuals.bank
-    context = context_of(bank.system, bank.nodes, residuals.signals, residuals.recipe)
-    columns = []
-    nodes = {i for row in rows for i in needed_for(bank.nodes, bank.generators[row].node)}
-    for number in sorted(nodes):
-        node = bank.nodes[number]
-        measurement = bank.system.equations[node.equation].measurement
-        if node.kind != "channel" or measurement is None or measurement.accuracy is None:
-            continue
-        sigma = compute_node(node, {}, context).effects["noise", node.equation, 0][span]
-        own = profiles.get(node.equation)
-        if own is None:
-            size = SMALL * measurement.accuracy
-            found = _impulses(piece, node.equation, size, _reach(residuals, node.equation))
-            own = found[rows][:, inner].reshape(-1, len(piece.t))
-        # what does not change from sample to sample is one number for the whole window
-        share = min((measurement.jitter or measurement.accuracy) / measurement.accuracy, 1.0)
-        columns.append(own * (share * sigma))
-        if share < 1:
-            columns.append((own @ sigma * np.sqrt(1 - share**2))[:, None])
-    for number, equation in enumerate(bank.system.equations):
-        if equation.tolerance and any(bank.nodes[i].equation == number for i in nodes):
-            added = np.full(len(piece.t), equation.tolerance / 2)
-            columns.append(respond(piece, {number: added})[rows][:, inner].reshape(-1, 1))
-    return np.hstack(columns) if columns else np.zeros((len(rows) * (inner.stop - inner.start), 1))
+def _crossing(sizes: Floats, lengths: Floats, needed: float) -> float:
+    """Return from which size on what is seen is long enough, inf where at none."""
+    enough = np.flatnonzero(lengths < needed)
+    last = enough[-1] + 1 if enough.size else 0
+    if last == len(sizes):
+        return np.inf
+    if not last:
+        return float(sizes[0])
+    low, high = lengths[last - 1 : last + 1]
+    share = (needed - low) / (high - low)
+    return float(sizes[last - 1] + share * (sizes[last] - sizes[last - 1]))
 
 
 def _rows(window: Window, bank: Sequence[int] | None) -> NDArray[np.int64]:

@@ -11,9 +11,10 @@ anew.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats, wrap
 from fdi.residuals.bank import Bank, Residuals
@@ -27,11 +28,12 @@ Fault = Mapping[int, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """A piece of a flight with every node of the bank as the data are."""
+    """A piece of a flight with every node of the bank as the data are, ``error`` included."""
 
     bank: Bank
     context: Context
     nodes: tuple[Value, ...]
+    error: Fault = field(default_factory=dict)
 
     @property
     def t(self) -> Floats:
@@ -39,15 +41,16 @@ class Stretch:
         return self.context.signals.t
 
 
-def stretch(residuals: Residuals, span: slice) -> Stretch:
+def stretch(residuals: Residuals, span: slice | NDArray[np.int64]) -> Stretch:
     """Return a piece of a flight to put faults into.
 
     Parameters
     ----------
     residuals : Residuals
-    span : slice
+    span : slice or (n,) int
         Of the grid. A derivative is unknown for half its window at both ends, an observer until it
-        has settled anew.
+        has settled anew. Numbers may hold a piece many times over, so that many faults are put in
+        at once.
     """
     bank = residuals.bank
     context = context_of(bank.system, bank.nodes, _cut(residuals.signals, span), residuals.recipe)
@@ -58,6 +61,12 @@ def stretch(residuals: Residuals, span: slice) -> Stretch:
     for number, node in enumerate(bank.nodes):
         done[number] = compute_node(node, done, context)
     return Stretch(bank, context, tuple(done.values()))
+
+
+def with_error(piece: Stretch, error: Fault) -> Stretch:
+    """Return the piece with an error in its data, to put faults into beside it."""
+    nodes = dict(enumerate(piece.nodes)) | _reached(piece, error)
+    return replace(piece, nodes=tuple(nodes.values()), error=_sum(piece.error, error))
 
 
 def respond(piece: Stretch, fault: Fault) -> Floats:
@@ -95,26 +104,33 @@ def reached(piece: Stretch, fault: Fault) -> dict[int, Floats]:
     fault : mapping of int to (n,) float
         By equation: what is added to a channel, to what the equation gives, or to its residual.
     """
+    return {number: value.column for number, value in _reached(piece, fault).items()}
+
+
+def _reached(piece: Stretch, fault: Fault) -> dict[int, Value]:
+    total = _sum(piece.error, fault)
     channels = {
         number: added
-        for number, added in fault.items()
+        for number, added in total.items()
         if piece.bank.system.equations[number].measurement is not None
     }
     context = replace(piece.context, added=channels)
     done = dict(enumerate(piece.nodes))
-    found: dict[int, Floats] = {}
+    found: dict[int, Value] = {}
     for number, node in enumerate(piece.bank.nodes):
-        own = node.equation in fault
-        if own or not found.keys().isdisjoint(node.reads):
+        if node.equation in fault or not found.keys().isdisjoint(node.reads):
             value = compute_node(node, done, context)
-            if own and node.equation not in channels:
-                value = replace(value, column=value.column + fault[node.equation])
-            done[number] = value
-            found[number] = value.column
+            if node.equation in total and node.equation not in channels:
+                value = replace(value, column=value.column + total[node.equation])
+            done[number] = found[number] = value
     return found
 
 
-def _cut(signals: Signals, span: slice) -> Signals:
+def _sum(one: Fault, other: Fault) -> Fault:
+    return {**one, **{number: one.get(number, 0.0) + added for number, added in other.items()}}
+
+
+def _cut(signals: Signals, span: slice | NDArray[np.int64]) -> Signals:
     return replace(
         signals,
         t=signals.t[span],

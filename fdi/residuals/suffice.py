@@ -22,7 +22,8 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.residuals.bank import Bank
-from fdi.residuals.distinguish import Window, distinguishability, smallest_size
+from fdi.residuals.distinguish import distinguishability, smallest_size
+from fdi.residuals.window import Window
 
 MOST_SETS: Final = 2_000
 """Sets that are looked at: each costs the factors of a matrix, some ms."""

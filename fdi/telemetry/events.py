@@ -121,7 +121,7 @@ class FlightState(Shown):
     controls_height: NDArray[np.bool_]
     wing_borne: NDArray[np.bool_]
 
-    def part(self, span: slice) -> FlightState:
+    def part(self, span: slice | NDArray[np.int64]) -> FlightState:
         """Return the state at some of the times."""
         return FlightState(*(getattr(self, f.name)[span] for f in fields(self)))
 

@@ -20,6 +20,18 @@ def test_sizes_are_those_of_the_stated_accuracy(run: Run, model: Path) -> None:
     assert "Smallest step" in run("structure", model, "--log", LOG, "--sizes").out
 
 
+def test_the_cheapest_messages_for_a_wish_are_told(run: Run, model: Path) -> None:
+    ended = run("structure", model, "--log", LOG, "--tell", "GPS_RAW_INT.alt=100", "--json")
+    enough = json.loads(ended.out)["enough"]
+    assert enough["wished"] == [{"fault": "GPS_RAW_INT.alt", "size": 100.0, "unit": "m"}]
+    assert "GPS_RAW_INT" in enough["messages"]
+    assert len(enough["messages"]) == 2  # a height and another one
+    small = run("structure", model, "--log", LOG, "--tell", "GPS_RAW_INT.alt=0.001")
+    assert "nothing in this log is enough" in small.out
+    assert run("structure", model, "--log", LOG, "--tell", "GPS_RAW_INT.alt").code == 2
+    assert "no fault of" in run("structure", model, "--log", LOG, "--tell", "nobody=1").err
+
+
 def test_figures_and_exports_are_written(run: Run, model: Path) -> None:
     wanted = ("--figure", "sequence", "--export", "own.py")
     assert run("structure", model, *wanted).code == 0
@@ -33,6 +45,7 @@ def test_figures_and_exports_are_written(run: Run, model: Path) -> None:
     ("arguments", "said"),
     [
         (("--sizes",), "need a flight"),
+        (("--tell", "GPS_RAW_INT.alt=5"), "need a flight"),
         (("--figure", "portrait"), "no figure is called"),
         (("--figure", "a.bmp"), "no picture ends with"),
         (("--figure", "graph", "--out", "a.bmp"), "no picture ends with"),

@@ -8,13 +8,14 @@ import pytest
 from fdi.errors import UsageError
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.distinguish import (
+    at_smallest,
     best_test,
     distinguishability,
     smallest_size,
-    window_of,
 )
 from fdi.residuals.respond import stretch
 from fdi.residuals.suffice import Wish, both_ways, cheapest_sensors, cheapest_tests
+from fdi.residuals.window import window_of
 
 from .build import airframe
 from .test_evaluate import signals, truth
@@ -182,3 +183,30 @@ def test_unknown_samples_bring_nothing(tmp_path):
     window = window_of(own, 5.0, 2.0, faults=["A.p"])
     mean_b = 4 / 8
     assert distinguishability(window, [0]).detected[0] <= 0.5 / (1 / 8 + mean_b) * 1.01
+
+
+KINK = """
+format: 1
+name: kink
+components: {a: {group: sensor}}
+variables: {p: {unit: m}, q: {unit: m}}
+equations: {bent: "q = abs(p)"}
+measurements:
+  A: {component: a, fields: {p: {variable: p, accuracy: 1 m}}}
+  B: {component: a, fields: {q: {variable: q, accuracy: 1 m}}}
+"""
+
+
+@pytest.mark.parametrize(("flown", "seen_more"), [(0.5, True), (500.0, False)])
+def test_beside_a_corner_the_size_is_that_of_the_bank_itself(tmp_path, flown, seen_more):
+    """By the slope over one accuracy to both sides half of A shows in its amount, further off all."""
+    bank = build_bank(airframe(tmp_path, KINK).observe(), "mtes")
+    columns = {"A.p": np.full(100, flown), "B.q": np.full(100, flown)}
+    own = bank.evaluate(signals(bank.system, columns), Differentiation())
+    window = window_of(own, 5.0, 2.0, faults=["A.p"])
+    found = at_smallest(window, own, 0.01)
+    slope, there = (distinguishability(one).detected[0] for one in (window, found))
+    if seen_more:
+        assert there > 1.1 * slope
+    else:
+        assert there == pytest.approx(slope, rel=1e-6)

@@ -1,0 +1,31 @@
+"""Who together explains all alarms: told where one component is not the whole answer."""
+
+from fdi.diagnosis import diagnose
+
+from .build import alarms_of
+from .test_naming import BANK, pairs
+
+
+def answer(raised):
+    return diagnose(alarms_of(BANK, raised, peak=20.0), BANK)
+
+
+def test_one_component_that_explains_all_needs_no_list():
+    assert answer(pairs("gps", "x", (40, 60))).together == ()
+    assert answer({}).together == ()
+
+
+def test_two_failed_components_are_the_only_minimal_diagnosis():
+    """GPS against both others of x, compass against both others of z: nothing else hits all."""
+    raised = pairs("gps", "x", (40, 60)) | pairs("compass", "z", (70, 90))
+    (found,) = answer(raised).together
+    assert found.flight == 0
+    assert found.tests == len(raised)
+    assert found.diagnoses == (("gps", "compass"),)
+
+
+def test_where_it_takes_three_no_set_of_two_is_told():
+    raised = pairs("gps", "x", (40, 60)) | pairs("compass", "z", (70, 90))
+    third = pairs("camera", "y", (10, 30))
+    (found,) = answer(raised | third).together
+    assert found.diagnoses == ()
