@@ -199,7 +199,7 @@ measurements:
 
 @pytest.mark.parametrize(("flown", "seen_more"), [(0.5, True), (500.0, False)])
 def test_beside_a_corner_the_size_is_that_of_the_bank_itself(tmp_path, flown, seen_more):
-    """By the slope over one accuracy to both sides half of A shows in its amount, further off all."""
+    """By the slope over one accuracy to both sides half of A shows in it, further off all."""
     bank = build_bank(airframe(tmp_path, KINK).observe(), "mtes")
     columns = {"A.p": np.full(100, flown), "B.q": np.full(100, flown)}
     own = bank.evaluate(signals(bank.system, columns), Differentiation())

@@ -136,9 +136,9 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         There is no such flight.
     """
     number, air = _when(log, flight)
-    inertial = series(log, "RAW_IMU", (*_RATES, *_FORCE))
+    inertial = series(log, "RAW_IMU", (*_RATES, *_FORCE), in_units=True)
     if inertial is None:
-        raise LogError("holds no gyroscopes and accelerometers", where=log.name)
+        raise LogError("holds no gyroscopes and accelerometers in known units", where=log.name)
     inertial = _part(inertial, air)
     if inertial.t.size < 2 or inertial.period > SLOWEST_S:
         apart = f"{inertial.period:.1f} s apart" if inertial.t.size > 1 else "not there in the air"

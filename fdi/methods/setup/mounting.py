@@ -40,7 +40,7 @@ def check_mounting(log: Log) -> Iterator[Check]:
         force = series(log, key, ("xacc", "yacc", "zacc"))
         if force is not None:
             yield _upright(f"accelerometer {number}", log, force)
-    turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"))
+    turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"), in_units=True)
     known = attitude(log)
     if turned is not None and known is not None:
         yield _turning(log, turned, known)

@@ -47,10 +47,16 @@ class Stretch(NamedTuple):
     is_start: bool = False
 
 
-def series(log: Log, key: str, fields: tuple[str, ...]) -> Series | None:
-    """Return fields of a message where all of them are known; None where there are hardly any."""
+def series(log: Log, key: str, fields: tuple[str, ...], *, in_units: bool = False) -> Series | None:
+    """Return fields of a message where all of them are known; None where there are hardly any.
+
+    ``in_units``: only where the log states a unit of every field. Raw readings of sensors have none
+    in telemetry that does not say by which autopilot.
+    """
     message = log.messages.get(key)
     if message is None or any(name not in message for name in fields):
+        return None
+    if in_units and not all(message.unit(name) for name in fields):
         return None
     values = np.array([message.si(name) for name in fields])
     known = np.isfinite(values).all(axis=0)
@@ -63,7 +69,7 @@ def body_rates(log: Log) -> Series | None:
     """Return roll, pitch and yaw rate, (3, n) rad/s, from the message that has them most often."""
     best: Series | None = None
     for key, fields in _RATES:
-        found = series(log, key, fields)
+        found = series(log, key, fields, in_units=True)
         if found is not None and (best is None or best.period > _FASTER * found.period):
             best = found
     return best
