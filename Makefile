@@ -28,11 +28,11 @@ analyze: $(VENV)/.installed-run
 	$(BIN)/fdi analyze $(LOG) --out $(OUT) --force
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 	$(MAKE) --no-print-directory notebooks docs
 
 notebooks: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -o addopts=-q --nbmake notebooks/*.ipynb
+	$(BIN)/python -m pytest -o addopts=-q -n auto --nbmake notebooks/*.ipynb
 
 # -W: what Sphinx warns of is an error; -E: no page is taken from an earlier build
 docs: $(VENV)/.installed-test

@@ -204,8 +204,8 @@ def features(
         component, tie = whom.components[name], ties[name]
         held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
         # an estimator that uses a sensor follows it: that the two agree says little of the sensor
-        follows = np.array([not reach[name].isdisjoint(own) for own in whom.through], bool)
-        judged = (tie == Tie.HELD) & done.judged & (done.alarmed | ~follows)
+        echoed = np.array([not reach[name].isdisjoint(own) for own in whom.through], bool)
+        judged = (tie == Tie.HELD) & done.judged & (done.alarmed | ~echoed)
         # tests that concern nobody else
         unique = judged & only & ~whom.supports
         alone = held & only & ~whom.supports
