@@ -43,7 +43,8 @@ DRAWS: Final = 256
 
 SHARED: Final = 0.5
 """Share that is believed of the covariance between residuals of what is not linear: 256 draws show
-far more of it than there is. From 0 to 0.9 the sizes of two flights (`c02`, `c03`) change by 15 % at most."""
+far more of it than there is. From 0 to 0.9 the sizes of two flights (c02, c03) change by 15 %
+at most."""
 PIECES: Final = 224
 """So many pieces with a fault of some size beside drawn noise are computed at once."""
 DEPENDABLE: Final = 0.9
