@@ -138,6 +138,7 @@ class Subject:
         )
         bounds = replace(
             noise.bounds,
+            tolerance=times(noise.bounds.tolerance),
             noise=times(noise.bounds.noise),
             spread=times(noise.bounds.spread, 0.0),
             settled=times(noise.bounds.settled[None].astype(float), 0.0)[0] > 0,
