@@ -120,6 +120,7 @@ def test_a_case_shows_the_whole_flight_by_one_click(page: Any) -> None:
     case.locator(".u-over").first.wait_for()
     assert page.evaluate(span) == pytest.approx(20.0)
     case.get_by_role("button", name="whole flight").click()
+    page.wait_for_function(f"{span} > 21")  # a plot is drawn at the next frame
     assert page.evaluate(span) == pytest.approx(89.75)
 
 
