@@ -85,7 +85,7 @@ def test_filters_go_together_and_say_how_many_are_left(page: Any) -> None:
 def test_a_point_of_a_trend_leads_to_its_log_also_where_that_is_filtered_out(page: Any) -> None:
     page.locator("#state").select_option("failed")
     page.locator('.trends a[href="#log-2"]').first.click()
-    page.wait_for_function("document.querySelector('#log-2 details').open")
+    page.locator("#log-2 details[open]").wait_for()
     assert page.locator("#log-2").is_visible()
 
 
