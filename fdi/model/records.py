@@ -105,8 +105,10 @@ def sampled(t: Column, values: Column, seconds: float) -> Floats:
 
     A record tells of the time up to the next one only as far as the quantity keeps to a line in
     between, which is told by how far each lies off the line through its two neighbours: of values
-    that scatter by sigma that is 1.5 sigma**2, squared and on average. Unknown where a gap lies on
-    the way.
+    that scatter by sigma that is 1.5 sigma**2, squared and on average. A jump is no scatter, and
+    must not widen what it is held against: of the last seconds and the two spells before, the
+    middle one counts. (Of white noise that is 7 % too little with 4 records in that time, and 1 %
+    with 50.) Unknown where a gap lies on the way.
 
     Examples
     --------
@@ -129,8 +131,11 @@ def sampled(t: Column, values: Column, seconds: float) -> Floats:
     # the newest has no neighbour yet: it counts as far off as those before it
     first = np.minimum(np.searchsorted(at, at - seconds, side="right"), np.maximum(place - 1, 0))
     before = np.maximum(place - first, 1)
-    error = np.sqrt(sums_between(off, first, np.maximum(place, first + 1)) / before)
-    found[known] = np.where(at - seconds >= ended, error / np.sqrt(before + 1), np.nan)
+    square = sums_between(off, first, np.maximum(place, first + 1)) / before / (before + 1)
+    earlier = [np.searchsorted(at, at - k * seconds, side="right") - 1 for k in (1, 2)]
+    three = [square, *(np.where(e > 0, square[np.maximum(e, 0)], square) for e in earlier)]
+    error = np.sqrt(np.median(three, axis=0))
+    found[known] = np.where(at - seconds >= ended, error, np.nan)
     return found
 
 

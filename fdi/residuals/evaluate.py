@@ -11,7 +11,9 @@ The noise of an input has two parts: the channel's accuracy (stated, or reported
 see ``accuracy.py``), and its rate of change times the uncertainty of its time, a quarter of the
 channel's own period (the reason why residuals swell in manoeuvres). How well a sensor's latency is
 known is carried apart, one source for all channels of a message: it is the same all along, so a
-derivative feels only the change of the rate. A constant offset that a
+derivative feels only the change of the rate; and records of one message alone, which are late
+together, show nothing of it. Where the log tells how well records stand for the time between them
+(``sampled``), their own time is of that kind, too. A constant offset that a
 healthy sensor may have is carried likewise, apart, as are tolerances of equations; they bound, they
 do not spread. A parameter that was identified has both: how well its constant value is known, which
 bounds what lasts, one source for all that uses it, and how far it wanders, which is noise.
@@ -94,7 +96,8 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
         for row in rows.get(number, ()):
             value = done[number]
             values[row] = value.column
-            spread[row] = root_sum(value.effects, ("noise", "late"), size)
+            kinds = ("noise", "late") if _has_several_clocks(value, context) else ("noise",)
+            spread[row] = root_sum(value.effects, kinds, size)
             allowance[row] = _sum(value.effects, "offset", size)
             swing[row] = root_sum(value.effects, ("swing",), size)
             unsure[row] = root_sum(value.effects, ("parameter",), size)
@@ -144,6 +147,13 @@ def _response(value: Value, system: System) -> Floats:
             total[source] = total.get(source, 0.0) + np.abs(effect)
     moved = {source: float(np.median(effect[known])) for source, effect in total.items()}
     return np.array([moved.get(fault.equation, np.nan) for fault in system.faults])
+
+
+def _has_several_clocks(value: Value, context: Context) -> bool:
+    """Return whether records of several messages meet; one alone is late as a whole."""
+    equations = context.system.equations
+    shown = (equations[number].measurement for _, number, _ in value.effects if number >= 0)
+    return len({_sender(one, context) for one in shown if one is not None}) != 1
 
 
 def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
@@ -221,7 +231,9 @@ def _channel(node: Node, context: Context) -> Value:
     if measurement.accuracy is not None:
         noise = _noise(column, measurement, circular, context)
         effects["noise", node.equation, 0] = noise
-    late = context.signals.late.get(measurement.channel)
+    late = context.signals.late.get(measurement.channel, 0.0)
+    if measurement.is_sampled:  # its own time is off as that of all channels of the message
+        late = np.hypot(late, _untimed(measurement, context))
     if late:
         effects["late", _sender(measurement, context), 0] = late * _rate(column, circular, context)
     if measurement.offset:
@@ -253,17 +265,22 @@ def _noise(column: Floats, measurement: Measurement, circular: bool, context: Co
     around = np.pad(rate, 1)
     rate = np.maximum(rate, np.maximum(around[:-2], around[2:]))
     reported = context.signals.accuracy.get(channel)
+    if measurement.is_sampled:
+        share = np.zeros(len(column)) if reported is None else np.nan_to_num(reported)
+        return np.asarray(np.hypot(accuracy, share), np.float64)
     if reported is None:
         own: Column = np.float64(accuracy)  # type: ignore[assignment]
-    elif measurement.is_sampled:
-        own = np.hypot(accuracy, np.nan_to_num(reported))
     elif measurement.made_by:  # computed, not a sensor's own word
         own = np.fmax(reported, accuracy)
     else:
         own = believed(reported, accuracy, context.beginning)
-    timing = TIMING_SHARE * context.signals.period.get(channel, context.step)
-    noise: Floats = np.hypot(own, timing * rate)
+    noise: Floats = np.hypot(own, _untimed(measurement, context) * rate)
     return noise
+
+
+def _untimed(measurement: Measurement, context: Context) -> float:
+    """Return how well the time of a record is known, s."""
+    return TIMING_SHARE * context.signals.period.get(measurement.channel, context.step)
 
 
 def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:

@@ -98,16 +98,34 @@ def test_records_on_a_line_leave_nothing_to_doubt(t, seconds, start, slope):
     assert np.nan_to_num(found).max() < 1e-6
 
 
-@pytest.mark.parametrize("rate", [4, 10, 50])
+@pytest.mark.parametrize(("rate", "less"), [(4, 0.07), (10, 0.035), (50, 0.01)])
 @pytest.mark.parametrize("sigma", [0.1, 2.0])
-def test_the_error_of_a_mean_is_that_of_scattered_records(rate, sigma):
-    """Against means of many whiles of white noise, without a line in them."""
+def test_the_error_of_a_mean_is_that_of_scattered_records(rate, less, sigma):
+    """Against means of many whiles of white noise, without a line in them.
+
+    The middle of three estimates is less than their mean, the more the fewer records there are.
+    """
     t = np.arange(4000 * rate) / rate
     values = sigma * np.random.default_rng(7).normal(size=len(t)) + 0.3 * t
     told = sampled(t, values, 1.0)[rate::rate]
     means = np.array([values[i : i + rate].mean() for i in range(0, len(t), rate)])
     means = means - 0.3 * t.reshape(-1, rate).mean(axis=1)
-    assert np.sqrt(np.mean(told**2)) == pytest.approx(means.std(), rel=0.05)
+    assert np.sqrt(np.mean(told**2)) == pytest.approx((1 - less) * means.std(), rel=0.05)
+
+
+def test_a_jump_does_not_widen_what_it_is_held_against():
+    """Records that lie still and jump once told of no scatter, before and after."""
+    t = np.arange(0.0, 20.0, 0.25)
+    found = sampled(t, np.where(t < 10, 0.0, 1.0), 1.0)
+    assert np.nan_to_num(found).max() == 0.0
+
+
+def test_scatter_that_begins_counts_when_it_has_lasted():
+    t = np.arange(0.0, 20.0, 0.25)
+    swings = np.where(t < 10, 0.0, np.cos(np.pi * t / 0.25))
+    found = sampled(t, swings, 1.0)
+    assert np.nan_to_num(found[t < 10.5]).max() == 0.0
+    assert found[t > 12.5].min() > 0.3
 
 
 @EACH

@@ -78,3 +78,32 @@ def test_what_records_do_not_tell_adds_to_the_accuracy_without_bounds(tmp_path):
     assert known.any()
     assert added[known] == pytest.approx(9.0)
     assert not reported_accuracies(bank.system, rough)
+
+
+def test_the_time_of_a_mean_is_as_unsure_as_that_of_its_message(tmp_path):
+    """Against another message: a quarter of the period, on a quantity that grows."""
+    old = "      vel: {variable: v_ground, accuracy: 0.3 m/s}\n"
+    new = (
+        '      "vel:over": {variable: v_ground, accuracy: 0.3 m/s, value: "integral(vel, 1)", '
+        'reported: "sampled(vel, 1)"}\n'
+    )
+    assert old in GLIDER
+    text = (
+        GLIDER.replace(old, "") + "inputs:\n  GPS_RAW_INT:\n    component: gps\n    fields:\n" + new
+    )
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    t = np.arange(50) / 5.0
+    columns = truth(50) | {
+        "LOCAL_POSITION_NED.vx": 9 + 0.6 * t,
+        "LOCAL_POSITION_NED.vy": -12 - 0.8 * t,
+        "GPS_RAW_INT.vel:over": 15 + t,
+    }
+    del columns["GPS_RAW_INT.vel"]
+    plain = run(bank, columns)
+    mean = next(r.channel for r in bank.system.channels if r.over)
+    slow = replace(plain.signals, period={**plain.signals.period, mean: 2.0})
+    added = np.sqrt(bank.evaluate(slow, plain.recipe).spread ** 2 - plain.spread**2)
+    against = [row for row, own in enumerate(added) if np.nanmax(own) > 0]
+    # of the speed, and of its two components by their shares of it
+    expected = 0.25 * 2.0 * np.array([1.0, 0.8, 0.6])
+    assert added[against][:, 25] == pytest.approx(expected, rel=1e-6)

@@ -327,3 +327,19 @@ def test_what_is_not_known_of_a_latency_widens_a_turn_and_no_straight_flight(tmp
     assert spreads[0][50] == spreads[1][50]
     added = np.sqrt(spreads[0][150] ** 2 - spreads[1][150] ** 2)
     assert added == pytest.approx(0.1 * rate, rel=0.02)
+
+
+def test_records_of_one_message_are_late_together_and_show_nothing_of_it(bank):
+    """Height and climb of one message agree whenever it comes, also in a climb that grows."""
+    t = np.arange(200) / RATE
+    columns = truth(200) | {"VFR_HUD.alt": 100 + t**3 / 60, "VFR_HUD.climb": t**2 / 20}
+    known = signals(bank.system, columns)
+    late = {channel: 0.5 for channel in known.columns if channel.message == "VFR_HUD"}
+    assert len(late) == 2
+    plain, widened = (
+        bank.evaluate(replace(known, late=given), Differentiation()).spread for given in ({}, late)
+    )
+    (row,) = (
+        i for i, g in enumerate(bank.generators) if {"VFR_HUD.alt", "VFR_HUD.climb"} == {*g.faults}
+    )
+    np.testing.assert_array_equal(plain[row], widened[row])
