@@ -92,7 +92,7 @@ def test_streams_have_their_new_names_where_the_log_has_them(flight):
 
 
 def test_nothing_is_said_of_a_component_that_the_model_knows_no_test_of(flight):
-    assert would_test("telemetry_link", load_airframe("quadcopter"), flight) == ""
+    assert would_test("navigation_control", load_airframe("quadcopter"), flight) == ""
 
 
 def test_nothing_is_said_of_a_component_that_is_tested(flight):

@@ -7,8 +7,10 @@ sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
 mixed.py     what surfaces are asked for that do the work of two
 motors.py    which motor every output of a multicopter drives
+link.py      for how long nothing has come over the link
 """
 
+from fdi.telemetry.meaning.link import with_link
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
 from fdi.telemetry.meaning.motors import MOTORS, unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
@@ -19,6 +21,7 @@ __all__ = [
     "as_mavlink",
     "origin",
     "unwired",
+    "with_link",
     "with_motors",
     "with_outputs",
 ]
