@@ -31,7 +31,7 @@ from fdi.decision.budget import STRETCH_S, Noise, noise_of, scale_for, simulated
 from fdi.decision.judging import judge
 from fdi.decision.resampling import ROUNDING
 from fdi.diagnosis.alarm_runs import find_runs
-from fdi.diagnosis.answer import accusations
+from fdi.diagnosis.answer import causes_of
 from fdi.errors import FdiError
 from fdi.residuals import Residuals
 from fdi.telemetry import Flight, read
@@ -100,7 +100,7 @@ class Subject:
             return np.zeros(2, int)
         residuals, bounds = self._laid_out(drawn)
         alarms = judge(residuals, bounds, self.recipe, USE, scale)
-        return np.array([moments(alarms), len(accusations(alarms))])
+        return np.array([moments(alarms), len(causes_of(alarms))])
 
     def _laid_out(self, drawn: np.ndarray) -> tuple[Residuals, Bounds]:
         """Return generated flights one after another, as one log of several flights."""
@@ -113,12 +113,12 @@ class Subject:
             padded[:, : array.shape[1]] = array
             return np.tile(padded, count)
 
-        values = drawn * noise.unit[:, None] + noise.bounds.centre[:, None, None]
+        values = drawn * noise.unit[:, None] + noise.bounds.told.centre[:, None, None]
         values = np.where(noise.known[:, None], values, np.nan)
         # what the model states, and what is not judged, stays quiet
         varies = np.isin(np.arange(len(values)), noise.rows)
-        still = np.where(noise.known | noise.bounds.stated[:, None], 0.0, np.nan)
-        values[~varies] = still[~varies][:, None] + noise.bounds.centre[~varies, None, None]
+        still = np.where(noise.known | noise.bounds.told.stated[:, None], 0.0, np.nan)
+        values[~varies] = still[~varies][:, None] + noise.bounds.told.centre[~varies, None, None]
         padded = np.full((*values.shape[:2], values.shape[2] + pause), np.nan)
         padded[..., : values.shape[2]] = values
         t = np.arange(padded.shape[1] * padded.shape[2]) / noise.rate_hz

@@ -24,8 +24,8 @@ import numpy as np
 import fdi
 from fdi.calibrate import calibrate
 from fdi.decision.policy import policy_text
-from fdi.diagnosis.departed import departed
 from fdi.residuals.between import as_normal, departure, expected, share_beyond
+from fdi.residuals.departed import departed
 from fdi.residuals.identify import STRETCH_S
 from fdi.telemetry.events import SETTLING_S
 

@@ -52,7 +52,7 @@ def thresholds(path: Path, policy: str = "default") -> Found:
         own = off[row, reference & np.isfinite(off[row])]
         bound = bounds.tolerance[row, reference] + bounds.noise[row, reference]
         bound = bound[np.isfinite(bound)]
-        if bounds.stated[row] or bounds.unfit[row] or len(own) < 10 or not len(bound):
+        if bounds.told.stated[row] or bounds.told.unfit[row] or len(own) < 10 or not len(bound):
             continue
         threshold, deviation = float(np.median(bound)), float(own.std())
         if deviation > LEAST * threshold:

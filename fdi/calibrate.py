@@ -19,15 +19,16 @@ from typing import Final
 
 from fdi.chain import Chain, residuals_of
 from fdi.decision import Policy, load_policy
-from fdi.decision.alarms import Use
+from fdi.decision.alarms import Alarms, Use
 from fdi.decision.bounds import learn
 from fdi.decision.judging import judge
 from fdi.decision.learned import Reached, learned_from, reached, rounded
 from fdi.decision.policy import Calibration
 from fdi.decision.recipes import PredictedSpread
-from fdi.diagnosis.answer import accusations, strongest
+from fdi.diagnosis.answer import causes_of
 from fdi.errors import LogError, UsageError
 from fdi.model.parameters import value_of, with_learned
+from fdi.model.parts import Kind
 from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals import Residuals
 from fdi.residuals.between import learned_parameters, tells
@@ -188,6 +189,24 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
     )
 
 
+def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:
+    """Return component, onset, s, and greatest strength of every finding by tests of noise.
+
+    How far a limit is violated says nothing about noise: limits and equalities are left out.
+    """
+    bank = alarms.residuals.bank
+    kinds = [bank.system.equations[generator.residual].kind for generator in bank.generators]
+    stated = (Kind.LIMIT, Kind.EQUALITY)
+    return [
+        (
+            cause.component,
+            cause.onset,
+            max((run.peak for run in cause.runs if kinds[run.row] not in stated), default=0.0),
+        )
+        for cause in causes_of(alarms)
+    ]
+
+
 def _frame(chain: Chain) -> dict[str, float]:
     """Return the factors of the motors that a log tells, by parameter."""
     own = {name for name, parameter in chain.airframe.parameters.items() if parameter.frame}
@@ -262,11 +281,11 @@ def _checks(recipe: Policy, flown: Sequence[Flown]) -> list[Check]:
     checks = []
     for place, one in enumerate(flown):
         others = [other for number, other in enumerate(flown) if number != place]
-        before = len(accusations(recipe.decide(one.residuals)))
+        before = len(causes_of(recipe.decide(one.residuals)))
         after = None
         if others:
             taught = _taught(recipe, others, "others")
-            after = len(accusations(taught.decide(_again(one, taught))))
+            after = len(causes_of(taught.decide(_again(one, taught))))
         checks.append(Check(one.name, one.hours, before, after))
     return checks
 

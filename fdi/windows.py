@@ -1,10 +1,13 @@
-"""What do the samples of a moving window add up to, and which of them is the largest?
+"""What do the samples of a window add up to, which is the largest, where do windows lie?
 
-In: columns. Out: sums and largest values. As the difference of two running sums, the common short
-cut, one wild value would spoil all that follow: the digits that it takes are lost for good.
+In: columns. Out: sums, largest values, runs of true samples. As the difference of two running sums,
+the common short cut, one wild value would spoil all that follow: the digits that it takes are lost
+for good.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,3 +96,15 @@ def largest_between(values: Floats, first: NDArray[np.intp], last: NDArray[np.in
         found[here] = np.maximum(part[first[here]], part[last[here] - (1 << power) + 1])
         part = np.maximum(part[: -(1 << power)], part[1 << power :])
     return found
+
+
+def runs_of(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Yield where every run of true samples begins, and where it is over.
+
+    Examples
+    --------
+    >>> list(runs_of(np.array([True, True, False, True])))
+    [(0, 2), (3, 4)]
+    """
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

@@ -157,22 +157,12 @@ def analyze(
         raise UsageError("--quiet and --verbose exclude each other")
     if as_json and explain is not None:
         raise UsageError("--json and --explain exclude each other")
-    prints = as_json or explain is not None
-    if prints and formats is not None and out is None:
-        raise UsageError(
-            f"--{'json' if as_json else 'explain'} writes no files for --format",
-            hint="name a folder with --out",
-        )
-    from fdi.report.files import chosen, names_of
-
-    wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
-    folder = out if out is not None or prints else Path(f"{Path(logs[0]).stem}.fdi")
-    if opens and (folder is None or "html" not in wanted):
-        raise UsageError("--open needs report.html", hint="name a folder with --out, and html")
-    if folder is not None:
-        from fdi.report import check_folder
-
-        check_folder(folder, names=names_of(wanted), force=force)
+    printed = "json" if as_json else None if explain is None else "explain"
+    if printed is not None and formats is not None and out is None:
+        hint = "name a folder with --out"
+        raise UsageError(f"--{printed} writes no files for --format", hint=hint)
+    folder = out if out is not None or printed else Path(f"{Path(logs[0]).stem}.fdi")
+    wanted = _files(folder, formats, opens=opens, force=force)
     with progress_bar(not (quiet or no_progress)) as progress:
         from fdi.analysis import analyze as run
 
@@ -197,6 +187,22 @@ def analyze(
     if opens and folder is not None:
         _open(folder / "report.html")
     return 1 if check and found.findings else 0
+
+
+def _files(
+    folder: Path | None, formats: str | None, *, opens: bool, force: bool
+) -> tuple[str, ...]:
+    """Return which files of the report are written, into a folder that may be."""
+    from fdi.report.files import chosen, names_of
+
+    wanted = chosen(None if formats is None else [f.strip() for f in formats.split(",")])
+    if opens and (folder is None or "html" not in wanted):
+        raise UsageError("--open needs report.html", hint="name a folder with --out, and html")
+    if folder is not None:
+        from fdi.report import check_folder
+
+        check_folder(folder, names=names_of(wanted), force=force)
+    return wanted
 
 
 def _open(page: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +14,13 @@ from fdi.cli.output import answer, complain, show
 from fdi.errors import UsageError
 
 if TYPE_CHECKING:
+    from fdi.model import Airframe
+    from fdi.model.placement import Placement
+    from fdi.report.enough import Enough
     from fdi.report.model_document import ModelStudy
+    from fdi.report.model_gain import ModelGain
+    from fdi.report.sizes import Sizes
+    from fdi.telemetry import Log
 
 PICTURES: Final = ("png", "svg", "pdf")
 FIGURES: Final = ("graph", "dm", "isolability", "matching", "sequence")
@@ -111,36 +117,22 @@ def structure(
         raise UsageError("sizes need a flight to be sizes of", hint="name one with --log")
     if placing and against is not None:
         raise UsageError("--place and --against answer two questions", hint="ask one at a time")
-    from fdi.chain import residuals_of
-    from fdi.decision import load_policy
-    from fdi.methods.columns import with_columns
-    from fdi.methods.table import methods_of
-    from fdi.model import Airframe, load_airframe
-    from fdi.model.placement import Placement, place
-    from fdi.report.enough import enough_document, enough_for, enough_summary
-    from fdi.report.model_document import model_document, study
-    from fdi.report.model_gain import gain_document, model_gain
-    from fdi.report.sizes import sizes_document, sizes_of, sizes_summary
-    from fdi.telemetry import read
+    from fdi.model import load_airframe
+    from fdi.model.placement import place
+    from fdi.report.enough import enough_for
+    from fdi.report.model_gain import model_gain
+    from fdi.report.sizes import sizes_of
 
     airframe = load_airframe(model)
     older = None if against is None else load_airframe(against)
-    recorded = None if log is None else read(log)
-    silent: tuple[str, ...] = ()
-    if recorded is not None:
-        recorded, silent = with_columns(recorded, methods_of(load_policy("default").methods))
-    name = None if recorded is None else recorded.name
-
-    def studied(one: Airframe, placement: Placement | None = None) -> ModelStudy:
-        system = one.observe(recorded)
-        system = replace(system, warnings=(*silent, *system.warnings))
-        return study(one, system, name, placement, integrate=integrate)
-
-    found = studied(airframe, place(airframe, recorded) if placing else None)
-    gain = None if older is None else model_gain(studied(older), found)
+    studied = _studies(log, integrate=integrate)
+    found = studied.of(airframe, place(airframe, studied.log) if placing else None)
+    gain = None if older is None else model_gain(studied.of(older), found)
     measured = enough = None
-    if (sizes or tell is not None) and recorded is not None:
-        residuals = residuals_of(recorded, airframe).residuals
+    if (sizes or tell is not None) and studied.log is not None:
+        from fdi.chain import residuals_of
+
+        residuals = residuals_of(studied.log, airframe).residuals
         measured = sizes_of(residuals) if sizes else None
         enough = None if tell is None else enough_for(residuals, tell)
     if path is not None:
@@ -155,27 +147,75 @@ def structure(
 
         write_file(export, _exported(found, form))
     if as_json:
-        from fdi.report import json_text
-
-        for line in found.warnings:
-            complain(f"fdi: warning: {line}")
-        bought = {} if gain is None else {"against": gain_document(gain)}
-        large = {} if measured is None else {"sizes": sizes_document(measured)}
-        cheap = {} if enough is None else {"enough": enough_document(enough)}
-        answer(json_text({**model_document(found), **bought, **large, **cheap}))
-    elif gain is not None:
-        from fdi.report.model_gain_text import gain_summary
-
-        show(gain_summary(gain))
+        _print_json(found, gain, measured, enough)
     else:
-        from fdi.report import model_summary
-
-        show(model_summary(found))
-        if measured is not None:
-            show(sizes_summary(measured))
-        if enough is not None:
-            show(enough_summary(enough))
+        _print_text(found, gain, measured, enough)
     return 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Studies:
+    """What models are studied with: a log's channels, or all that they name."""
+
+    log: Log | None
+    silent: tuple[str, ...]
+    integrate: bool
+
+    def of(self, airframe: Airframe, placement: Placement | None = None) -> ModelStudy:
+        """Return what a model shows."""
+        from fdi.report.model_document import study
+
+        system = airframe.observe(self.log)
+        system = replace(system, warnings=(*self.silent, *system.warnings))
+        name = None if self.log is None else self.log.name
+        return study(airframe, system, name, placement, integrate=self.integrate)
+
+
+def _studies(path: str | None, *, integrate: bool) -> _Studies:
+    if path is None:
+        return _Studies(None, (), integrate)
+    from fdi.decision import load_policy
+    from fdi.methods.columns import with_columns
+    from fdi.methods.table import methods_of
+    from fdi.telemetry import read
+
+    log, silent = with_columns(read(path), methods_of(load_policy("default").methods))
+    return _Studies(log, silent, integrate)
+
+
+def _print_json(
+    found: ModelStudy, gain: ModelGain | None, measured: Sizes | None, enough: Enough | None
+) -> None:
+    from fdi.report import json_text
+    from fdi.report.enough import enough_document
+    from fdi.report.model_document import model_document
+    from fdi.report.model_gain import gain_document
+    from fdi.report.sizes import sizes_document
+
+    for line in found.warnings:
+        complain(f"fdi: warning: {line}")
+    bought = {} if gain is None else {"against": gain_document(gain)}
+    large = {} if measured is None else {"sizes": sizes_document(measured)}
+    cheap = {} if enough is None else {"enough": enough_document(enough)}
+    answer(json_text({**model_document(found), **bought, **large, **cheap}))
+
+
+def _print_text(
+    found: ModelStudy, gain: ModelGain | None, measured: Sizes | None, enough: Enough | None
+) -> None:
+    from fdi.report import model_summary
+    from fdi.report.enough import enough_summary
+    from fdi.report.model_gain_text import gain_summary
+    from fdi.report.sizes import sizes_summary
+
+    if gain is not None:
+        show(gain_summary(gain))
+        return
+    show(model_summary(found))
+    if measured is not None:
+        show(sizes_summary(measured))
+    if enough is not None:
+        show(enough_summary(enough))
 
 
 def _picture(figure: str | None, out: Path | None, model: str) -> tuple[str, Path | None]:

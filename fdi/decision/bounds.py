@@ -8,17 +8,13 @@ of means from the means of that length in this flight. Residuals are held agains
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.noise import (
-    centres,
-    spread_factors,
-    trailing_mean,
-)
+from fdi.decision.noise import centres, spread_factors, trailing_mean
 from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.decision.scatter import differences, levels
 from fdi.model.evaluate import Floats, wrap
@@ -44,8 +40,8 @@ ROUGHER: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bounds:
-    """What the residuals of a flight are held against; r residuals, n samples.
+class Told:
+    """What the beginning of a flight tells of its r residuals: it serves what comes later as well.
 
     Attributes
     ----------
@@ -57,64 +53,10 @@ class Bounds:
         -1 and 1: a residual below and above zero counts only; 0: either.
     stated : (r,) bool
         The model states the bound (limits, equalities): it is not one of noise.
-    tolerance : (r, n) float
-    noise : (r, n) float
-        The threshold beyond the tolerance.
-    spread : (r, n) float
-        Predicted standard deviation.
-    settled : (n,) bool
-        Means are taken here.
     unfit : (r,) bool
         Not judged.
     level : (r,) float
         Usual size of second differences at first, over the spread; NaN where none is judged.
-    mean_spread, mean_bound : (r, n) float
-        The trailing mean of the spread, and what the trailing mean of the residual may reach; NaN
-        where it is not judged.
-    """
-
-    centre: Floats
-    circular: NDArray[np.bool_]
-    side: NDArray[np.int8]
-    stated: NDArray[np.bool_]
-    tolerance: Floats
-    noise: Floats
-    spread: Floats
-    settled: NDArray[np.bool_]
-    unfit: NDArray[np.bool_]
-    level: Floats
-    mean_spread: Floats
-    mean_bound: Floats
-
-    def strayed(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return how far residuals are off their centre, and the size of what counts of that."""
-        return strayed(values, self.centre, self.circular, self.side)
-
-    def at(self, columns: slice) -> Bounds:
-        """Return the bounds of some of the samples."""
-        return replace(
-            self,
-            tolerance=self.tolerance[:, columns],
-            noise=self.noise[:, columns],
-            spread=self.spread[:, columns],
-            settled=self.settled[columns],
-            mean_spread=self.mean_spread[:, columns],
-            mean_bound=self.mean_bound[:, columns],
-        )
-
-    def scales(self, scale: float) -> Floats:
-        """Return what a scale of the thresholds of noise means for every residual."""
-        return np.where(self.stated, 1.0, scale)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Told:
-    """What the beginning of a flight tells of its r residuals: it serves what comes later as well.
-
-    Attributes
-    ----------
-    centre, circular, side, stated, unfit, level
-        As in `Bounds`.
     stray : (r,) float
         Least tolerance.
     factor : (r,) float
@@ -133,6 +75,50 @@ class Told:
     factor: Floats
     mean_most: Floats
 
+    def strayed(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return how far residuals are off their centre, and the size of what counts of that."""
+        return strayed(values, self.centre, self.circular, self.side)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """What the residuals of a flight are held against; r residuals, n samples.
+
+    Attributes
+    ----------
+    told : Told
+    tolerance : (r, n) float
+    noise : (r, n) float
+        The threshold beyond the tolerance.
+    spread : (r, n) float
+        Predicted standard deviation.
+    settled : (n,) bool
+        Means are taken here.
+    mean_spread, mean_bound : (r, n) float
+        The trailing mean of the spread, and what the trailing mean of the residual may reach; NaN
+        where it is not judged.
+    """
+
+    told: Told
+    tolerance: Floats
+    noise: Floats
+    spread: Floats
+    settled: NDArray[np.bool_]
+    mean_spread: Floats
+    mean_bound: Floats
+
+    def at(self, columns: slice) -> Bounds:
+        """Return the bounds of some of the samples."""
+        return Bounds(
+            self.told,
+            self.tolerance[:, columns],
+            self.noise[:, columns],
+            self.spread[:, columns],
+            self.settled[columns],
+            self.mean_spread[:, columns],
+            self.mean_bound[:, columns],
+        )
+
 
 def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
     """Return what residuals may reach, from the model's statements and the flight's calm part."""
@@ -142,14 +128,16 @@ def learn(residuals: Residuals, recipe: PredictedSpread) -> Bounds:
 def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
     """Return what a flight, or as much of it as there is, tells of its residuals."""
     signals = residuals.signals
-    equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
+    bank = residuals.bank
+    equations = [bank.system.equations[generator.residual] for generator in bank.generators]
     # A limit states its bound itself, and within it the residual is zero: nothing to learn there.
     limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
     stated = limit | np.array([equation.kind is Kind.EQUALITY for equation in equations], bool)
     circular = np.array([equation.circular for equation in equations], bool)
     # A residual is right minus left: below zero where the left side is above.
     side = np.array([{"above": -1, "below": 1}.get(e.side, 0) for e in equations], np.int8)
-    known = [recipe.learned.get(key, Learned()) for key in keys(residuals)]
+    keys = [key_of(bank.system, generator) for generator in bank.generators]
+    known = [recipe.learned.get(key, Learned()) for key in keys]
     stray = np.array([one.stray for one in known])
     tolerance = np.maximum(residuals.lasting, stray[:, None])
     reference = reference_mask(signals, recipe.reference_s)
@@ -192,7 +180,7 @@ def held_against(residuals: Residuals, told: Told, recipe: PredictedSpread) -> B
     equations = [residuals.bank.system.equations[g.residual] for g in residuals.bank.generators]
     limit = np.array([equation.kind is Kind.LIMIT for equation in equations], bool)
     tolerance = np.maximum(residuals.lasting, told.stray[:, None])
-    off, _ = strayed(residuals.values, told.centre, told.circular, told.side)
+    off, _ = told.strayed(residuals.values)
     spread = _swung(residuals, told.centre)
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)
@@ -200,16 +188,11 @@ def held_against(residuals: Residuals, told: Told, recipe: PredictedSpread) -> B
     count = max(2, round(recipe.mean_s * signals.rate_hz))
     mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
     return Bounds(
-        told.centre,
-        told.circular,
-        told.side,
-        told.stated,
+        told,
         tolerance,
         told.factor[:, None] * spread,
         spread,
         settled,
-        told.unfit,
-        told.level,
         mean_spread,
         told.mean_most[:, None] * mean_spread,
     )
@@ -309,14 +292,8 @@ def _swings(residuals: Residuals) -> NDArray[np.bool_]:
     return np.asarray((residuals.swing > 0).any(axis=1))
 
 
-def keys(residuals: Residuals) -> list[str]:
-    """Return a name of every test that is the same in every log in which the test exists."""
-    bank = residuals.bank
-    return [key_of(bank.system, generator) for generator in bank.generators]
-
-
 def key_of(system: System, generator: Generator) -> str:
-    """Return the name of a test by the equation left over and its faults."""
+    """Return a name of a test, the same in every log: the equation left over and its faults."""
     return f"{system.equations[generator.residual].name}: {', '.join(sorted(generator.faults))}"
 
 

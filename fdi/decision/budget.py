@@ -108,9 +108,9 @@ def noise_of(alarms: Alarms, bounds: Bounds) -> Noise:
     place = np.flatnonzero(air)[:MOST_SAMPLES]
     columns = slice(place[0], place[-1] + 1) if len(place) else slice(0)
     bounds = bounds.at(columns)
-    off = bounds.strayed(residuals.values[:, columns])[0]
+    off = bounds.told.strayed(residuals.values[:, columns])[0]
     unit = np.where(bounds.spread > 0, bounds.spread, 1.0)
-    known = np.isfinite(off) & air[columns] & ~(bounds.stated | bounds.unfit)[:, None]
+    known = np.isfinite(off) & air[columns] & ~(bounds.told.stated | bounds.told.unfit)[:, None]
     loud = _around(alarms.alarm, round(AROUND_S * signals.rate_hz))
     calm = known & ~loud[:, columns] & airborne_mask(signals)[columns]
     model = fit_noise(np.where(calm, off / unit, 0.0), calm, signals.rate_hz)

@@ -39,7 +39,7 @@ def critical_scales(
     rate_hz : float
     """
     result = np.full(off.shape, -np.inf)
-    if bounds.unfit[row] or bounds.stated[row] or not known.any():
+    if bounds.told.unfit[row] or bounds.told.stated[row] or not known.any():
         return result
     size, tolerance, noise = np.abs(off[:, known]), bounds.tolerance[row], bounds.noise[row, known]
     least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))

@@ -11,7 +11,6 @@ whatever happens; every trigger is an alarm.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -62,15 +61,10 @@ def by_rank(recipe: Rank, residuals: Residuals, use: Use) -> Alarms:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Detector:
-    """A way to decide: the recipe it takes from a policy, and the function."""
+Recipe = type[PredictedSpread] | type[Rank]
 
-    recipe: type[PredictedSpread] | type[Rank]
-    decide: Callable[..., Alarms]
-
-
-DETECTORS: Final[Mapping[str, Detector]] = {
-    "predicted_spread": Detector(PredictedSpread, decide_within_budget),
-    "rank": Detector(Rank, by_rank),
+DETECTORS: Final[Mapping[str, tuple[Recipe, Callable[..., Alarms]]]] = {
+    "predicted_spread": (PredictedSpread, decide_within_budget),
+    "rank": (Rank, by_rank),
 }
+"""By name the recipe that a way to decide takes from a policy, and the function."""

@@ -21,6 +21,7 @@ from fdi.decision.recipes import PredictedSpread
 from fdi.decision.scatter import differences, samples_of, scatter
 from fdi.model.evaluate import Floats
 from fdi.residuals import Residuals
+from fdi.windows import runs_of
 
 SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
 """(strength, share of the persistence that is enough beyond it)."""
@@ -48,8 +49,9 @@ def judge(
         Of the thresholds of noise; what the model states itself is not scaled.
     """
     rate_hz = residuals.signals.rate_hz
-    off, size = bounds.strayed(residuals.values)
-    scales = bounds.scales(scale)[:, None]
+    told = bounds.told
+    off, size = told.strayed(residuals.values)
+    scales = np.where(told.stated, 1.0, scale)[:, None]
     threshold = bounds.tolerance + scales * bounds.noise
     beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
     ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
@@ -57,8 +59,8 @@ def judge(
     mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count)) * bounds.mean_spread
     mean_threshold = scales * bounds.mean_bound
     state = states(size, threshold)
-    state[bounds.unfit] = UNKNOWN
-    mean[bounds.unfit] = np.nan
+    state[told.unfit] = UNKNOWN
+    mean[told.unfit] = np.nan
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         fast = np.where(state == UNKNOWN, np.nan, size / threshold)
         slow = np.abs(mean) / mean_threshold
@@ -79,13 +81,13 @@ def judge(
         residuals,
         use,
         threshold=threshold,
-        centre=bounds.centre.copy(),
+        centre=told.centre.copy(),
         state=state,
         alarm=sudden | lasting,
         strength=strength,
         certain=known_sudden | known_lasting,
         delay_s=residuals.delay_s.copy(),
-        unfit=bounds.unfit.copy(),
+        unfit=told.unfit.copy(),
         mean=mean,
         mean_threshold=mean_threshold,
         scatter=scattered,
@@ -97,9 +99,9 @@ def judge(
 def _scatter(off: Floats, bounds: Bounds, rate_hz: float) -> tuple[Floats, Floats]:
     """Return the scatter of the residuals that are judged by it over what it was at first."""
     relative, mean = (np.full(off.shape, np.nan) for _ in range(2))
-    rows = np.flatnonzero(np.isfinite(bounds.level) & ~bounds.unfit)
+    rows = np.flatnonzero(np.isfinite(bounds.told.level) & ~bounds.told.unfit)
     sizes = differences(over_spread(off[rows], bounds.spread[rows]))
-    relative[rows], mean[rows] = scatter(sizes, bounds.level[rows], rate_hz)
+    relative[rows], mean[rows] = scatter(sizes, bounds.told.level[rows], rate_hz)
     return relative, mean
 
 
@@ -129,8 +131,7 @@ def _lasting(
         over = strength > 1.0
     alarm, certain = np.zeros(over.shape, bool), np.zeros(over.shape, bool)
     for row in np.flatnonzero(over.any(axis=1)):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], over[row], [False]]).astype(int)))
-        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        for start, stop in runs_of(over[row]):
             # half of what the mean has reached, seen over a short while, bounds it on both sides
             low = max(0, start - 2 * count)
             side = np.sign(mean[row, start]) * beyond[row, low:stop]
@@ -172,9 +173,7 @@ def persistent(
     """
     known = np.flatnonzero(~unknown)
     result, complete = np.zeros(len(triggered), bool), np.zeros(len(triggered), bool)
-    on = triggered[known]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(np.int8)))
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
+    for start, end in runs_of(triggered[known]):
         if end - start >= least:
             result[known[start] : known[end - 1] + 1] = True
             complete[known[start + least - 1] : known[end - 1] + 1] = True

@@ -62,13 +62,14 @@ def reached(
     recipe : PredictedSpread
     """
     signals = residuals.signals
-    off, size = bounds.strayed(residuals.values)
+    told = bounds.told
+    off, size = told.strayed(residuals.values)
     reference = reference_mask(signals, recipe.reference_s)
     least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
     found = {}
     for row, generator in enumerate(residuals.bank.generators):
         known = np.isfinite(off[row]) & air
-        if bounds.unfit[row] or known.sum() < least:
+        if told.unfit[row] or known.sum() < least:
             continue
         critical = critical_scales(off[row : row + 1], row, bounds, known, recipe, signals.rate_hz)
         own = size[row : row + 1, known]
@@ -77,8 +78,8 @@ def reached(
             least_of(own, max(2, round(share * least))).max() / over for over, share in SOONER
         ]
         found[key_of(residuals.bank.system, generator)] = Reached(
-            None if bounds.stated[row] else float(max(critical.max(), 0.0)),
-            float(max(lasted)) if bounds.stated[row] else 0.0,
+            None if told.stated[row] else float(max(critical.max(), 0.0)),
+            float(max(lasted)) if told.stated[row] else 0.0,
             _centre(residuals.values[row], residuals.allowance[row], reference),
         )
     return found

@@ -94,8 +94,8 @@ class Policy(Shown):
 
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
-        use = Use(self.marking, self.accuse)
-        return DETECTORS[self.decision.method].decide(self.decision, residuals, use)
+        _, decide = DETECTORS[self.decision.method]
+        return decide(self.decision, residuals, Use(self.marking, self.accuse))
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None
@@ -199,8 +199,8 @@ def load_policy(name: str | Path) -> Policy:
 
 
 def _policy(spec: Any, digest: str) -> Policy:
-    decision: dict[str, Any] = spec.decision.model_dump()
-    given = spec.calibration
+    tree: dict[str, Any] = spec.model_dump(exclude={"format", "calibration"})
+    decision, given = tree.pop("decision"), spec.calibration
     if given is not None:
         if decision["method"] != "predicted_spread":
             raise ModelError("only predicted_spread takes a calibration", where=spec.name)
@@ -208,23 +208,15 @@ def _policy(spec: Any, digest: str) -> Policy:
             key: Learned(one.scale, one.stray, one.centre or (-inf, inf))
             for key, one in given.tests.items()
         }
+    recipe, _ = DETECTORS[decision["method"]]
     return Policy(
-        name=spec.name,
         sha256=digest,
-        description=spec.description,
-        tests=spec.tests,
-        sampling=Sampling(**spec.sampling.model_dump()),
-        differentiation=Differentiation(**spec.differentiation.model_dump()),
-        decision=DETECTORS[decision.pop("method")].recipe(**decision),
-        marking=spec.marking,
-        accuse=spec.accuse,
-        copies=spec.copies,
-        latencies=spec.latencies,
-        accuracies=spec.accuracies,
-        commands=spec.commands,
-        integrate=spec.integrate,
-        methods=tuple(spec.methods),
+        sampling=Sampling(**tree.pop("sampling")),
+        differentiation=Differentiation(**tree.pop("differentiation")),
+        decision=recipe(**decision),
+        methods=tuple(tree.pop("methods")),
         calibration=given and _calibration(given),
+        **tree,
     )
 
 
@@ -251,32 +243,15 @@ def policy_text(policy: Policy) -> str:
 
     from ruamel.yaml import YAML
 
-    sampling, decision = asdict(policy.sampling), asdict(policy.decision)
-    sampling.pop("window")
+    tree: dict[str, Any] = {"format": 1, **asdict(policy), "methods": list(policy.methods)}
+    del tree["sha256"], tree["sampling"]["window"]
+    decision, calibration = tree["decision"], tree.pop("calibration")
     learned = decision.pop("learned", {})
-    tree: dict[str, Any] = {
-        "format": 1,
-        "name": policy.name,
-        "description": policy.description,
-        "tests": policy.tests,
-        "sampling": sampling,
-        "differentiation": asdict(policy.differentiation),
-        "decision": {"method": decision.pop("method"), **decision},
-        "marking": policy.marking,
-        "accuse": policy.accuse,
-        "copies": policy.copies,
-        "latencies": policy.latencies,
-        "accuracies": policy.accuracies,
-        "commands": policy.commands,
-        "integrate": policy.integrate,
-        "methods": list(policy.methods),
-    }
-    if policy.calibration is not None:
-        tree["calibration"] = {
-            **asdict(policy.calibration),
-            "flights": list(policy.calibration.flights),
-            "tests": {key: told for key, one in learned.items() if (told := _told(one))},
-        }
+    tree["decision"] = {"method": decision.pop("method"), **decision}
+    if calibration is not None:
+        tests = {key: told for key, one in learned.items() if (told := _told(one))}
+        flights = list(calibration["flights"])
+        tree["calibration"] = {**calibration, "flights": flights, "tests": tests}
     out = StringIO()
     writer = YAML(typ="safe", pure=True)
     writer.default_flow_style = None

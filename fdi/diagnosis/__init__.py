@@ -23,7 +23,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``hitting.py``: which sets of faults explain all alarms, by structure alone
 - ``together.py``: who together explains all alarms, where one is not the whole answer
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
-- ``departed.py``: whether the flight is unlike those that its policy was learned from
 - ``ending.py``: what was first where a flight ended badly
 - ``verdict.py``: the answer in words
 """

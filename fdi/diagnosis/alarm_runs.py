@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.residuals import Residuals
+from fdi.windows import runs_of
 
 AHEAD: Final = 0.75
 """Share of a window's look-ahead by which its alarm begins before the change."""
@@ -43,8 +44,7 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
     found = []
     for row in np.flatnonzero(alarms.alarm.any(axis=1)):
         mask = alarms.alarm[row] & inside
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-        for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        for first, stop in runs_of(mask):
             delay = float(alarms.delay_s[row])
             over = float(t[stop - 1]) + step
             begin, whole = _whole(alarms.alarm[row], first, stop)

@@ -28,17 +28,13 @@ from fdi.diagnosis.together import together
 from fdi.diagnosis.undecided import left_open, not_testable
 from fdi.diagnosis.values import (
     MARKED,
-    Agreement,
     Consequence,
     Diagnosis,
     FaultGrid,
     Finding,
-    Open,
     RuledOut,
-    Together,
 )
 from fdi.diagnosis.verdict import count_tests, outlook, verdict
-from fdi.model.parts import Kind
 from fdi.residuals import Bank
 
 
@@ -53,33 +49,23 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     """
     implementable = implementable_isolability(bank)
     model = bank.system.structure()
-    grid = fault_grid(alarms)
     ended = endings(alarms)
-    findings: tuple[Finding, ...] = ()
-    consequences: tuple[Consequence, ...] = ()
-    cleared: tuple[RuledOut, ...] = ()
-    undecided: tuple[Open, ...] = ()
-    others: tuple[Agreement, ...] = ()
-    sets: tuple[Together, ...] = ()
+    tests = count_tests(alarms)
     flew = bool(np.any(alarms.residuals.signals.state.airborne))
     untested = not_testable(alarms, bank, implementable, flew=flew)
-    if alarms.use.accuse:
-        inquiries, fitted = inquire(alarms), load_fitted()
-        causes, effects = named_in(inquiries, fitted)
-        findings = tuple(
-            _finding(rank, cause, inquiries[cause.flight], alarms)
-            for rank, cause in enumerate(causes, 1)
-        )
-        consequences = _consequences(effects, causes, inquiries)
-        kept = doubted(causes, effects, inquiries, fitted)
-        cleared = tuple(one for one in clearable(alarms) if one.component not in kept)
-        sets = tuple(together(inquiries, causes, effects))
-        others = agreements(inquiries, causes, bank)
-        named = {f.component for f in findings} | {c.component for c in consequences}
-        named |= {name for f in findings for name in f.inseparable_from}
-        told = named | {one.component for one in cleared} | {one.component for one in untested}
-        undecided = left_open(alarms, told)
-    tests = count_tests(alarms)
+    accuses = alarms.use.accuse
+    inquiries, fitted = inquire(alarms) if accuses else (), load_fitted()
+    causes, effects = named_in(inquiries, fitted)
+    findings = tuple(
+        _finding(rank, cause, inquiries[cause.flight], alarms)
+        for rank, cause in enumerate(causes, 1)
+    )
+    consequences = _consequences(effects, causes, inquiries)
+    kept = doubted(causes, effects, inquiries, fitted)
+    cleared = tuple(o for o in clearable(alarms) if o.component not in kept) if accuses else ()
+    told = {f.component for f in findings} | {c.component for c in consequences}
+    told |= {one.component for one in cleared} | {one.component for one in untested}
+    told |= {name for f in findings for name in f.inseparable_from}
     return Diagnosis(
         verdict=verdict(findings, consequences, ended, tests, alarms),
         outlook=outlook(findings, ended, tests, alarms),
@@ -87,11 +73,11 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         findings=findings,
         consequences=consequences,
         ruled_out=cleared,
-        open=undecided,
+        open=left_open(alarms, told) if accuses else (),
         not_testable=untested,
-        together=sets,
-        methods=others,
-        grid=grid,
+        together=tuple(together(inquiries, causes, effects)),
+        methods=agreements(inquiries, causes, bank),
+        grid=fault_grid(alarms),
         implementable=implementable,
         structural=structural_isolability(bank.system),
         decomposition=structure.decompose(model),
@@ -128,30 +114,10 @@ def clearable(alarms: Alarms) -> tuple[RuledOut, ...]:
     return ruled_out(alarms, bank, _marked(fault_grid(alarms)) | bank.system.curtailed)
 
 
-def strongest(alarms: Alarms) -> list[tuple[str, float, float]]:
-    """Return component, onset, s, and greatest strength of every finding by tests of noise.
-
-    How far a limit is violated says nothing about noise: limits and equalities are left out.
-    """
-    bank = alarms.residuals.bank
-    kinds = [bank.system.equations[generator.residual].kind for generator in bank.generators]
-    return [
-        (
-            cause.component,
-            cause.onset,
-            max(
-                (r.peak for r in cause.runs if kinds[r.row] not in (Kind.LIMIT, Kind.EQUALITY)),
-                default=0.0,
-            ),
-        )
-        for cause in named_in(inquire(alarms), load_fitted())[0]
-    ]
-
-
-def accusations(alarms: Alarms) -> list[tuple[int, str]]:
-    """Return the number of the flight and the component of every finding."""
+def causes_of(alarms: Alarms) -> list[Cause]:
+    """Return who is accused, in the order of rank."""
     causes, _ = named_in(inquire(alarms), load_fitted())
-    return [(cause.flight, cause.component) for cause in causes]
+    return causes
 
 
 def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Finding:

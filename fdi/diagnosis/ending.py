@@ -19,6 +19,7 @@ from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Ending, First, FirstKind
 from fdi.telemetry import Event
 from fdi.telemetry.ends import FlightEnd
+from fdi.windows import runs_of
 
 BEFORE_S: Final = 10.0
 """What began earlier and led to the end is an alarm by then, and listed where it still stands."""
@@ -91,8 +92,7 @@ def _tests(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First]:
     near = (t >= moment - BEFORE_S) & (t <= moment)
     for row in np.flatnonzero((alarms.state[:, near] == TRIGGERED).any(axis=1)):
         beyond = (alarms.state[row] == TRIGGERED) | alarms.alarm[row]
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], beyond, [False]]).astype(np.int8)))
-        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        for start, stop in runs_of(beyond):
             raised = bool(alarms.alarm[row, start:stop].any())
             if stop - start < LEAST or not near[start:stop].any():
                 continue

@@ -48,10 +48,6 @@ def _counted(value: float) -> str:
     return f"{count} test{'s' if count > 1 else ''} of it alarm{'s' if count < 2 else ''}"
 
 
-def _times(value: float) -> str:
-    return f"{np.exp(value):.1f} times its threshold{' or more' if np.exp(value) >= MOST else ''}"
-
-
 def _share(value: float) -> str:
     return f"{100 * np.exp(value):.0f} %"
 
@@ -63,7 +59,6 @@ def _seconds(value: float) -> str:
 FEATURES: Final[Mapping[str, Feature]] = {
     "one": Feature(0, "before any evidence"),
     "tests": Feature(1, "how many tests of it alarm", "#", _counted),
-    "peak": Feature(1, "how far the strongest of them goes", "the strongest reaches #", _times),
     "alone": Feature(
         1, "an alarm that concerns nobody else", "a test that concerns no other part alarms"
     ),
@@ -215,7 +210,6 @@ def features(
         values = {
             "one": 1.0,
             "tests": np.log1p(len(set(whom.residual[mine]))),
-            "peak": _most(np.maximum(done.near[mine & ~whom.supports], 0.0)),
             "alone": _most(evidence[alone]),
             "fit": _fit(name, done, evidence, whom),
             "near": min(float(done.near[judged].max()), 0.0) if judged.any() else 0.0,

@@ -25,8 +25,6 @@ from fdi.telemetry.ends import FlightEnd
 
 WINDOW_S: Final = 10.0
 """What begins within this time after an alarm is weighed with it."""
-BEFORE_S: Final = 0.5
-"""So long before an alarm its window begins: a trigger may precede it."""
 KNOWN_SHARE: Final = 0.5
 """A test that is known for less of a window is not judged in it."""
 _MEASURING: Final = ("sensor", "navigation")
@@ -146,7 +144,7 @@ class Inquiry:
         for run in runs:
             if run.end >= at and alarmed[run.row]:
                 over[run.row] = max(over[run.row], run.end)
-        low, high = np.searchsorted(self.t, [at - BEFORE_S, at + WINDOW_S])
+        low, high = np.searchsorted(self.t, [at, at + WINDOW_S])
         window = self.share[:, low : max(high, low + 1)].astype(float)
         known = np.isfinite(window)
         reached = np.where(known, window, 0.0).max(axis=1, initial=0.0)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fdi.shown import Shown, html_table
 from fdi.structure.decomposition import Decomposition
 from fdi.telemetry.ends import FlightEnd
+from fdi.windows import runs_of
 
 if TYPE_CHECKING:
     import pandas
@@ -380,6 +381,5 @@ def runs(t: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[list[float]]:
     if not len(t):
         return []
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     ends = np.append(t, t[-1] + step)
-    return [[float(ends[a]), float(ends[b])] for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return [[float(ends[a]), float(ends[b])] for a, b in runs_of(mask)]

@@ -42,6 +42,7 @@ from fdi.residuals.latency import with_lags
 from fdi.telemetry import Flight, Log
 from fdi.telemetry.airtime import in_air
 from fdi.telemetry.message import Floats
+from fdi.windows import runs_of
 
 FIRST_S: Final = 300.0
 LEARNED_S: Final = 30.0
@@ -274,7 +275,6 @@ def _runs(alarm: np.ndarray[tuple[int, int], np.dtype[np.bool_]], t: Floats) -> 
     """Return the runs of alarms, row by row."""
     found = []
     for row in np.flatnonzero(alarm.any(axis=1)).tolist():
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], alarm[row], [False]]).astype(int)))
-        for low, high in zip(edges[::2], edges[1::2], strict=True):
+        for low, high in runs_of(alarm[row]):
             found.append(TestAlarm(row, float(t[low]), float(t[high - 1])))
     return found

@@ -14,7 +14,6 @@ from typing import Any, Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, Size, runs
-from fdi.diagnosis.departed import departed
 from fdi.model import System
 from fdi.model.system import Estimate, ParameterValue
 from fdi.report.json_text import number
@@ -22,6 +21,7 @@ from fdi.report.log_document import log_facts, moment, quality_rows
 from fdi.report.methods_document import methods_document
 from fdi.report.model_document import isolability_rows, model_files
 from fdi.residuals.accuracy import Told, reported_accuracies
+from fdi.residuals.departed import departed
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
 from fdi.telemetry import Log, hardware_of
@@ -44,7 +44,6 @@ LIBRARIES: Final = (
 
 def analysis_document(analysis: Analysis) -> dict[str, Any]:
     """Return an analysis as plain values; numbers are finite or null."""
-    diagnosis = analysis.diagnosis
     return {
         "schema_version": SCHEMA_VERSION,
         "tool": {
@@ -69,6 +68,19 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             _accuracy(one) for one in reported_accuracies(analysis.system, analysis.signals)
         ],
         "structure": _structure(analysis),
+        **_told(analysis),
+        "fault_grid": _grid(analysis),
+        "residuals": _residuals(analysis),
+        "methods": methods_document(analysis),
+        "warnings": list(analysis.warnings),
+        "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
+    }
+
+
+def _told(analysis: Analysis) -> dict[str, Any]:
+    """Return what the diagnosis says in words, and of whom."""
+    diagnosis = analysis.diagnosis
+    return {
         "verdict": diagnosis.verdict,
         "outlook": diagnosis.outlook,
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
@@ -108,11 +120,6 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "not_testable": [
             {"component": item.component, "text": item.text} for item in diagnosis.not_testable
         ],
-        "fault_grid": _grid(analysis),
-        "residuals": _residuals(analysis),
-        "methods": methods_document(analysis),
-        "warnings": list(analysis.warnings),
-        "timings_s": {stage: round(seconds, 4) for stage, seconds in analysis.timings.items()},
     }
 
 

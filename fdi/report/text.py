@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding, Outlook
-from fdi.diagnosis.departed import departed
 from fdi.report.words import (
     accuracies,
     at,
@@ -30,6 +29,7 @@ from fdi.report.words import (
     window,
 )
 from fdi.residuals.accuracy import reported_accuracies
+from fdi.residuals.departed import departed
 from fdi.result import Analysis
 
 if TYPE_CHECKING:

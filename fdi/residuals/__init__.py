@@ -16,11 +16,11 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``latency.py``: how late sensors come, by the log
 - ``accuracy.py``: how accurate sensors say that they are, and how far they are believed
 - ``identify.py``: unknown parameters, by the flight's beginning; ``between.py``: how they differ
-  between healthy flights of one vehicle
+  between healthy flights of one vehicle; ``departed.py``: whether this one is unlike those
 - ``evaluate.py``: residual columns with their predicted spread
 - ``value.py``: what goes from node to node
 - ``observer.py``: residuals behind which states are integrated; ``trajectory.py``: where these
-  states go; ``kalman.py``: the gain, and what each source of noise does
+  states go; ``kalman.py`` (``kalman_compiled.py``): the gain, and what each source of noise does
 - ``respond.py``: how residuals move when a fault is put into the data
 - ``window.py``: what noise and faults do to all residuals over a window
 - ``distinguish.py``: how far apart faults are in noise, and how large one must be to be told

@@ -13,7 +13,7 @@ predicted spread, and the start's part says when the observer has settled.
 
 One residual is one number, so that nothing has to be inverted. The loop over samples is there twice
 and says the same: with numpy's operations on small matrices, and for numba (extra ``fast``), whose
-machine code takes over where there are many samples.
+machine code (``kalman_compiled.py``) takes over where there are many samples.
 
 References
 ----------
@@ -96,8 +96,6 @@ class Filtered(NamedTuple):
         The state, before and after a sample is taken in.
     deviation : (m, n) float
         Standard deviation of the state after it.
-    end : State
-        Before the sample that follows.
     """
 
     residual: Floats
@@ -106,13 +104,12 @@ class Filtered(NamedTuple):
     before: Floats
     after: Floats
     deviation: Floats
-    end: State
 
 
 def follow(
     along: Along, start: State, low: Floats, high: Floats, *, circular: bool, fast: bool
-) -> Filtered:
-    """Return what an observer says along a linear model.
+) -> tuple[Filtered, State]:
+    """Return what an observer says along a linear model, and the state before what follows.
 
     Parameters
     ----------
@@ -127,52 +124,34 @@ def follow(
     """
     m, n = along.c.shape
     s = along.direct.shape[1]
-    x, cov, cross, lasting = (np.array(part, dtype=np.float64) for part in start)
-    out = [np.full(shape, np.nan) for shape in ((m,), (m, s), (m, s), (m, n), (m, n), (m, n))]
+    state = State(*(np.array(part, dtype=np.float64) for part in start))
+    told = Filtered(*(np.full(shape, np.nan) for shape in ((m,), (m, s), (m, s), *(3 * ((m, n),)))))
     kernel: Callable[..., None] = _machine_code() if fast else walk
-    inputs = [np.ascontiguousarray(part, dtype=np.float64) for part in along]
-    kernel(*inputs, x, cov, cross, lasting, low, high, circular, *out)
-    return Filtered(out[0], out[1], out[2], out[3], out[4], out[5], State(x, cov, cross, lasting))
+    inputs = Along(*(np.ascontiguousarray(part, dtype=np.float64) for part in along))
+    kernel(inputs, state, low, high, circular, told)
+    return told, state
 
 
 def walk(
-    step: Floats,
-    push: Floats,
-    before: Floats,
-    after: Floats,
-    c: Floats,
-    h: Floats,
-    direct: Floats,
-    x: Floats,
-    cov: Floats,
-    cross: Floats,
-    lasting: Floats,
-    low: Floats,
-    high: Floats,
-    circular: bool,
-    out_residual: Floats,
-    out_variance: Floats,
-    out_lasting: Floats,
-    out_before: Floats,
-    out_after: Floats,
-    out_deviation: Floats,
+    along: Along, state: State, low: Floats, high: Floats, circular: bool, told: Filtered
 ) -> None:
-    """Walk over the samples; x, cov, cross and lasting are left before the one that follows."""
-    one, two = before[..., None], after[..., None]
+    """Walk over the samples; the state is left before the one that follows."""
+    x, cov, cross, lasting = state
+    one, two = along.before[..., None], along.after[..., None]
     noise = one @ one.swapaxes(2, 3) + two @ two.swapaxes(2, 3)
-    known = ~np.isnan(h)
-    for k in range(len(h)):
-        out_before[k] = x
+    known = ~np.isnan(along.h)
+    for k in range(len(along.h)):
+        told.before[k] = x
         if known[k]:
-            own, now = c[k], direct[k]
+            own, now = along.c[k], along.direct[k]
             seen = cov @ own + cross * now[:, None]  # covariance of the error and the residual
             crossed = cross @ own + now
             variance = np.maximum(seen @ own + crossed * now, 0.0)  # rounding
             off = lasting @ own + now
-            residual = h[k] + own @ x
+            residual = along.h[k] + own @ x
             if circular:
                 residual -= 2 * np.pi * np.round(residual / (2 * np.pi))
-            out_residual[k], out_variance[k], out_lasting[k] = residual, variance, off
+            told.residual[k], told.variance[k], told.lasting[k] = residual, variance, off
             total = variance.sum()
             gain = seen.sum(axis=0) / total if total > 0 else np.zeros(len(x))
             x -= gain * residual
@@ -181,125 +160,20 @@ def walk(
             less = seen[:, :, None] * gain
             cov += variance[:, None, None] * np.outer(gain, gain) - less - less.swapaxes(1, 2)
         np.clip(x, low, high, out=x)
-        out_after[k] = x
-        out_deviation[k] = np.sqrt(np.maximum(np.diagonal(cov.sum(axis=0)), 0.0))
-        go = step[k]
-        x[:] = np.clip(go @ x + push[k], low, high)
-        mixed = (cross @ go.T)[:, :, None] * before[k][:, None, :]
+        told.after[k] = x
+        told.deviation[k] = np.sqrt(np.maximum(np.diagonal(cov.sum(axis=0)), 0.0))
+        go = along.step[k]
+        x[:] = np.clip(go @ x + along.push[k], low, high)
+        mixed = (cross @ go.T)[:, :, None] * along.before[k][:, None, :]
         cov[:] = go @ cov @ go.T + mixed + mixed.swapaxes(1, 2) + noise[k]
-        lasting[:] = lasting @ go.T + before[k] + after[k]
-        cross[:] = after[k]
-
-
-def walk_scalars(
-    step: Floats,
-    push: Floats,
-    before: Floats,
-    after: Floats,
-    c: Floats,
-    h: Floats,
-    direct: Floats,
-    x: Floats,
-    cov: Floats,
-    cross: Floats,
-    lasting: Floats,
-    low: Floats,
-    high: Floats,
-    circular: bool,
-    out_residual: Floats,
-    out_variance: Floats,
-    out_lasting: Floats,
-    out_before: Floats,
-    out_after: Floats,
-    out_deviation: Floats,
-) -> None:
-    """Do as `walk`, number by number: for machine code."""
-    n, sources = len(x), len(cross)
-    seen = np.zeros((sources, n))  # covariance of the state's error and the residual
-    gain, moved = np.zeros(n), np.zeros(n)
-    half = np.zeros((n, n))
-    for k in range(len(h)):
-        for i in range(n):
-            out_before[k, i] = x[i]
-        if not np.isnan(h[k]):
-            residual = h[k]
-            for i in range(n):
-                residual += c[k, i] * x[i]
-                gain[i] = 0.0
-            if circular:
-                residual -= 2 * np.pi * np.round(residual / (2 * np.pi))
-            out_residual[k] = residual
-            total = 0.0
-            for s in range(sources):
-                variance, off, crossed = direct[k, s] ** 2, direct[k, s], 0.0
-                for i in range(n):
-                    own = cross[s, i] * direct[k, s]
-                    for j in range(n):
-                        own += cov[s, i, j] * c[k, j]
-                    seen[s, i] = own
-                    gain[i] += own
-                    variance += c[k, i] * (own + cross[s, i] * direct[k, s])
-                    off += c[k, i] * lasting[s, i]
-                out_variance[k, s] = max(variance, 0.0)  # rounding
-                out_lasting[k, s] = off
-                total += out_variance[k, s]
-            for i in range(n):
-                gain[i] = gain[i] / total if total > 0 else 0.0
-                x[i] -= gain[i] * residual
-            for s in range(sources):
-                crossed = direct[k, s]
-                for i in range(n):
-                    crossed += c[k, i] * cross[s, i]
-                for i in range(n):
-                    lasting[s, i] -= gain[i] * out_lasting[k, s]
-                    cross[s, i] -= gain[i] * crossed
-                    for j in range(n):
-                        cov[s, i, j] += (
-                            gain[i] * gain[j] * out_variance[k, s]
-                            - seen[s, i] * gain[j]
-                            - gain[i] * seen[s, j]
-                        )
-        for i in range(n):
-            x[i] = min(max(x[i], low[i]), high[i])
-            out_after[k, i] = x[i]
-            total = 0.0
-            for s in range(sources):
-                total += cov[s, i, i]
-            out_deviation[k, i] = np.sqrt(max(total, 0.0))
-        for i in range(n):
-            total = push[k, i]
-            for j in range(n):
-                total += step[k, i, j] * out_after[k, j]
-            x[i] = min(max(total, low[i]), high[i])
-        for s in range(sources):
-            for i in range(n):
-                moved[i], off = 0.0, before[k, s, i] + after[k, s, i]
-                for j in range(n):
-                    moved[i] += step[k, i, j] * cross[s, j]
-                    off += step[k, i, j] * lasting[s, j]
-                    total = 0.0
-                    for q in range(n):
-                        total += step[k, i, q] * cov[s, q, j]
-                    half[i, j] = total
-                gain[i] = off
-            for i in range(n):
-                lasting[s, i] = gain[i]
-                cross[s, i] = after[k, s, i]
-                for j in range(n):
-                    total = before[k, s, i] * before[k, s, j] + after[k, s, i] * after[k, s, j]
-                    total += moved[i] * before[k, s, j] + before[k, s, i] * moved[j]
-                    for q in range(n):
-                        total += half[i, q] * step[k, j, q]
-                    cov[s, i, j] = total
+        lasting[:] = lasting @ go.T + along.before[k] + along.after[k]
+        cross[:] = along.after[k]
 
 
 @cache
 def _machine_code() -> Callable[..., None]:
     try:
-        import numba
-    except ImportError:  # not installed, or not for this numpy
+        from fdi.residuals.kalman_compiled import walk as compiled
+    except ImportError:  # numba is not installed, or not for this numpy
         return walk
-    try:
-        return numba.njit(cache=True, nogil=True)(walk_scalars)  # type: ignore[no-any-return]
-    except RuntimeError:  # no folder to keep it in
-        return numba.njit(nogil=True)(walk_scalars)  # type: ignore[no-any-return]
+    return compiled

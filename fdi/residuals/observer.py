@@ -29,7 +29,7 @@ theory", Automatica 41, 2005. Kalman 1960 as of ``kalman.py``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -41,6 +41,7 @@ from fdi.residuals.newton import linear_slopes
 from fdi.residuals.node import Node
 from fdi.residuals.trajectory import Move, Plant, track
 from fdi.residuals.value import Context, Effects, Source, Value, unsure_arguments
+from fdi.windows import runs_of
 
 SETTLED: Final = 0.1
 """Of its noise, so much of a residual may still be due to the start."""
@@ -80,7 +81,7 @@ def observe(
     for name in _integrated(node) & arguments.keys():
         whole &= np.isfinite(arguments[name].column)
     pause = max(1, round(PAUSE_S / context.step))
-    for first, last in _runs(whole):
+    for first, last in runs_of(whole):
         start = first
         while start < last:
             tracked = track(plant, start, last)
@@ -157,9 +158,3 @@ def _integrated(node: Node) -> set[str]:
             names.update(name for own in node.expressions[block] for name in symbols(own))
         at -= size
     return names
-
-
-def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield where every run of true samples begins and ends."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

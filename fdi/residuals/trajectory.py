@@ -158,14 +158,15 @@ def _from(plant: Plant, first: int, last: int, state: State) -> Tracked:
     at, length = first, last - first if plant.linear else PIECE
     while at < last:
         wanted = min(length, last - at)
-        found, rounds = _piece(plant, at, at + wanted, last, state)
-        if found is None and wanted == 1:
+        followed, rounds = _piece(plant, at, at + wanted, last, state)
+        if followed is None and wanted == 1:
             break
-        if found is None:
+        if followed is None:
             length = max(1, wanted // 4)
             continue
+        found, state = followed
         parts.append(found)
-        at, state = at + wanted, found.end
+        at += wanted
         length = 2 * length if rounds <= EASY else length
     sources = 1 + len(plant.moves)
     none = [np.zeros(0), np.zeros((0, sources)), np.zeros((0, sources))]
@@ -174,7 +175,7 @@ def _from(plant: Plant, first: int, last: int, state: State) -> Tracked:
 
 def _piece(
     plant: Plant, first: int, end: int, last: int, state: State
-) -> tuple[Filtered | None, int]:
+) -> tuple[tuple[Filtered, State] | None, int]:
     """Return what the observer says along a piece, None where that does not settle, and rounds."""
     more = min(end + 1, last)
     before = np.repeat(state.x[None], more - first, axis=0)
@@ -186,17 +187,17 @@ def _piece(
         along = _between(plant.t[first:more], came, goes, end - first)
         if along is None:
             return None, rounds
-        found = follow(
+        found, ends = follow(
             along, state, plant.low, plant.high, circular=plant.turned, fast=len(plant.t) >= WORTH
         )
-        following = np.concatenate([found.before, found.end.x[None]])[: more - first]
+        following = np.concatenate([found.before, ends.x[None]])[: more - first]
         if not np.isfinite(following).all():
             return None, rounds
         close = STAYS * found.deviation + EXACT * np.abs(found.after)
         stays = (np.abs(found.after - after) <= close).all()
         stays &= bool((np.abs(found.before - before[: end - first]) <= close).all())
         if plant.linear or stays:
-            return found, rounds
+            return (found, ends), rounds
         before, after = following, found.after
     return None, ROUNDS
 

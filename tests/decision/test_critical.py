@@ -30,7 +30,7 @@ def rough(seed):
 
 def scales_of(given, recipe):
     bounds = learn(given, recipe)
-    off = bounds.strayed(given.values)[0]
+    off = bounds.told.strayed(given.values)[0]
     known = np.isfinite(off[0])
     found = critical_scales(off, 0, bounds, known, recipe, RATE)
     return bounds, known, found
@@ -57,7 +57,7 @@ def test_there_is_an_alarm_exactly_below_the_largest_critical_scale(seed):
 def test_scale_moves_thresholds_of_noise_and_not_the_models_statements():
     given = rough(0)
     bounds = learn(given, RECIPE)
-    stated = replace(bounds, stated=np.array([True]))
+    stated = replace(bounds, told=replace(bounds.told, stated=np.array([True])))
     half, whole = (judge(given, bounds, RECIPE, USE, scale).threshold for scale in (0.5, 1.0))
     assert half - bounds.tolerance == pytest.approx(0.5 * (whole - bounds.tolerance))
     assert np.array_equal(judge(given, stated, RECIPE, USE, 0.5).threshold, whole)

@@ -23,9 +23,8 @@ WEIGHTS = Fitted(
     {
         "one": -4.0,
         "tests": 3.5,
-        "peak": 1.0,
         "alone": 2.5,
-        "fit": 3.8,
+        "fit": 5.5,
         "near": 1.5,
         "quiet": 0.5,
         "healed": -0.75,

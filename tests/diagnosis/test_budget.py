@@ -10,7 +10,7 @@ from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
 from fdi.decision.budget import STRETCH_S, noise_of, scale_for, scale_of_rate
 from fdi.decision.judging import judge
-from fdi.diagnosis.answer import accusations
+from fdi.diagnosis.answer import causes_of
 from fdi.diagnosis.hypotheses import inquire
 from fdi.telemetry import Flight
 
@@ -76,7 +76,7 @@ def test_new_noise_alarms_as_often_as_the_budget_says(budget):
     )
     alarms = judge(fresh, long, RECIPE, USE, scale)
     assert budget / 2 <= moments(alarms) / HOURS <= 2 * budget
-    assert len(accusations(alarms)) / HOURS <= budget
+    assert len(causes_of(alarms)) / HOURS <= budget
 
 
 def test_a_larger_budget_means_lower_thresholds():

@@ -63,16 +63,11 @@ def test_tests_that_leave_the_same_equation_over_count_once():
     assert values["fit"] == pytest.approx(FOLD / (1 + FOLD))
 
 
-@pytest.mark.parametrize(("peak", "said"), [(1.0, 0.0), (3.0, math.log(3)), (1e6, math.log(MOST))])
-def test_how_far_an_alarm_goes_is_told_up_to_a_bound(peak, said):
-    assert told({PAIR: [(40, 60)]}, peak=peak)["gps"]["peak"] == pytest.approx(said)
-
-
 @pytest.mark.parametrize("peak", [0.5, 1.0])
 def test_an_alarm_that_does_not_pass_its_threshold_is_no_evidence(peak):
     """It stands by persistence alone."""
     found = told({PAIR: [(40, 60)], DISTURBED: [(40, 60)]}, peak=peak)
-    for name in ("peak", "fit", "explains"):
+    for name in ("fit", "explains"):
         assert found["gps"][name] == 0.0
     assert found["estimator"]["follows"] == 0.0
     assert found["gps"]["tests"] == pytest.approx(math.log(2))  # it is counted all the same
@@ -90,6 +85,11 @@ LIMITED = bank_of(
 FAR, SAID = limit_row(LIMITED, "far"), limit_row(LIMITED, "said")
 
 
+@pytest.mark.parametrize(("peak", "said"), [(1.0, 0.0), (3.0, math.log(3)), (1e6, math.log(MOST))])
+def test_how_far_an_alarm_goes_is_told_up_to_a_bound(peak, said):
+    assert told({FAR: [(40, 60)]}, bank=LIMITED, peak=peak)["gps"]["alone"] == pytest.approx(said)
+
+
 def test_only_a_test_that_concerns_nobody_else_is_one_of_its_own():
     assert told({FAR: [(40, 60)]}, bank=LIMITED)["gps"]["alone"] == pytest.approx(FOLD)
     shared = told({SAID: [(40, 60)]}, bank=LIMITED)
@@ -105,7 +105,6 @@ def test_what_merely_supports_is_counted_and_says_nothing_else():
     strong = np.where((T >= 40) & (T < 60), MOST, 0.0)
     gps = told(raised, bank=bank, share={level: strong})["gps"]
     assert gps["tests"] == pytest.approx(math.log(3))
-    assert gps["peak"] == pytest.approx(math.log(3))  # that of the other
     assert gps["alone"] == 0.0
     assert gps["fit"] == pytest.approx(FOLD / (1 + FOLD))
     # nor does it lessen what is explained by who is not in it
@@ -320,7 +319,7 @@ def test_a_stronger_alarm_never_lessens_what_speaks_for_whom_it_concerns_alone(r
     raised = {place: [(40, 100)] for place in rows}
     weak, strong = (told(raised, peak=peak) for peak in sorted((one, other)))
     for name, values in weak.items():
-        for feature in ("tests", "peak", "alone", "explains"):
+        for feature in ("tests", "alone", "explains"):
             assert strong[name][feature] >= values[feature]
 
 

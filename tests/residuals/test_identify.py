@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from fdi.decision import load_policy
 from fdi.decision.bounds import learn
-from fdi.diagnosis.departed import departed
 from fdi.errors import ModelError
 from fdi.model.parameters import with_learned
 from fdi.model.system import Estimate
 from fdi.residuals import Differentiation, build_bank
+from fdi.residuals.departed import departed
 from fdi.residuals.identify import STRETCH_S, fit_linear, fit_with_halves, identified
 from fdi.telemetry.events import SETTLING_S
 

@@ -6,7 +6,7 @@ import pytest
 from fdi.decision.policy import load_policy, policy_text
 from fdi.residuals import Differentiation, build_bank, cache
 from fdi.residuals.cache import cached_bank
-from fdi.residuals.kalman import Along, State, follow, walk, walk_scalars
+from fdi.residuals.kalman import Along, Filtered, State, follow, walk
 from fdi.residuals.respond import respond, stretch
 from fdi.residuals.rules import Reason
 
@@ -174,6 +174,9 @@ def test_a_faults_answer_is_computed_over_a_piece_of_the_flight(bank):
 
 @pytest.mark.parametrize("circular", [False, True])
 def test_both_walks_over_samples_say_the_same(circular):
+    pytest.importorskip("numba")
+    from fdi.residuals.kalman_compiled import walk as compiled
+
     rng = np.random.default_rng(5)
     m, n, s = 80, 3, 4
     along = Along(
@@ -190,12 +193,12 @@ def test_both_walks_over_samples_say_the_same(circular):
         rng.normal(0, 1, n), roots @ roots.swapaxes(1, 2), np.zeros((s, n)), np.zeros((s, n))
     )
     found = []
-    for kernel in (walk, walk_scalars):
-        state = [np.array(part) for part in start]
+    for kernel in (walk, compiled):
+        state = State(*(np.array(part) for part in start))
         shapes = ((m,), (m, s), (m, s), (m, n), (m, n), (m, n))
-        out = [np.full(shape, np.nan) for shape in shapes]
-        kernel(*along, *state, np.full(n, -2.0), np.full(n, 2.0), circular, *out)
-        found.append([*out, *state])
+        told = Filtered(*(np.full(shape, np.nan) for shape in shapes))
+        kernel(along, state, np.full(n, -2.0), np.full(n, 2.0), circular, told)
+        found.append([*told, *state])
     for one, other in zip(*found, strict=True):
         assert one == pytest.approx(other, rel=1e-9, abs=1e-12, nan_ok=True)
 
@@ -223,9 +226,8 @@ def test_parts_of_the_variance_are_what_each_source_does_alone():
             if k + 1 < m:
                 x = 0.95 * x - before[k, :, 0] @ w[k] - after[k, :, 0] @ w[k + 1]
         c = np.ones((m, 1))
-        found = follow(
-            Along(step, push, before, after, c, h, direct), start, *ends, circular=False, fast=False
-        )
+        along = Along(step, push, before, after, c, h, direct)
+        found, _ = follow(along, start, *ends, circular=False, fast=False)
         shown.append(found.residual)
         predicted = found.variance.sum(axis=1)
     share = np.var(shown, axis=0) / predicted

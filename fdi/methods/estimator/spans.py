@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.windows import runs_of
+
 Floats = NDArray[np.float64]
 Span = tuple[float, float]
 
@@ -30,10 +32,8 @@ def spans_of(t: Floats, holds: NDArray[np.bool_]) -> tuple[Span, ...]:
     """
     if not t.size:
         return ()
-    edges = np.diff(np.concatenate(([0], holds.astype(np.int8), [0])))
-    first, after = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)
-    ends = np.append(t, t[-1])[after]
-    return tuple(zip(t[first].tolist(), ends.tolist(), strict=True))
+    ends = np.append(t, t[-1])
+    return tuple((float(t[first]), float(ends[after])) for first, after in runs_of(holds))
 
 
 def lasting(spans: Sequence[Span], least: float) -> tuple[Span, ...]:

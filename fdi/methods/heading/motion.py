@@ -21,6 +21,7 @@ from fdi.telemetry.airtime import in_air
 from fdi.telemetry.ends import OVER_S
 from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
+from fdi.windows import runs_of
 
 Bools = NDArray[np.bool_]
 
@@ -243,10 +244,7 @@ def _fixes(
 
 
 def _spans(t: Floats, holds: Bools) -> tuple[tuple[float, float], ...]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(int)))
-    return tuple(
-        (float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True)
-    )
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in runs_of(holds))
 
 
 def _wind(log: Log, t: Floats) -> Floats | None:

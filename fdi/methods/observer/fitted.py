@@ -25,6 +25,7 @@ from fdi.methods.setup.records import Series, Stretch
 from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import Motor
+from fdi.windows import runs_of
 
 HOVER_S: Final = 1.0
 """A hover is calm for so long: four time constants of the observer."""
@@ -52,8 +53,7 @@ def calm_mask(rows: Rows, air: tuple[float, float]) -> tuple[NDArray[np.bool_], 
         calm = flying & (np.abs(rows.y[ANGLES][:2]).max(axis=0) < _LEVEL)
         calm &= (np.abs(rows.y[VELOCITY][2]) < _STEADY) & (speed < _SLOW)
         calm &= np.abs(rows.y[RATES]).max(axis=0) < _STILL
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], calm, [False]]).astype(np.int8)))
-    hovers = [a for a, b in zip(*edges.reshape(-1, 2).T, strict=True) if _lasts(rows, a, b - 1)]
+    hovers = [a for a, b in runs_of(calm) if _lasts(rows, a, b - 1)]
     chosen = calm if hovers else flying
     if not chosen.any():
         return chosen, False

@@ -22,6 +22,7 @@ from fdi.methods.observer.gain import POLES
 from fdi.methods.observer.states import PSI, RESIDUALS, STATES, VELOCITY
 from fdi.methods.observer.vehicle import GRAVITY
 from fdi.telemetry.message import Floats
+from fdi.windows import runs_of
 
 SIGMAS: Final = 5.0
 """Deviations within which a residual is quiet, as in the default policy."""
@@ -139,8 +140,7 @@ def alarms_of(t: Floats, off: Floats, threshold: Floats) -> tuple[Alarm, ...]:
     for name, own, limit in zip(RESIDUALS, off, threshold, strict=True):
         known = np.flatnonzero(np.isfinite(own) & np.isfinite(limit))
         over = np.abs(own[known]) > limit[known]
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], over, [False]]).astype(np.int8)))
-        for begins, ends in zip(edges[::2], edges[1::2], strict=True):
+        for begins, ends in runs_of(over):
             first, last = known[begins], known[ends - 1]
             if ends - begins >= RECORDS and t[last] - t[first] >= LASTS_S:
                 part = slice(first, last + 1)

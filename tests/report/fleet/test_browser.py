@@ -9,6 +9,7 @@ import pytest
 from fdi.fleet import Job, failed
 from fdi.report.fleet.document import fleet_page
 
+from ..browsing import opened
 from ..test_text import HOSTILE
 from .build import accused, finding, row
 from .test_page import HARM
@@ -33,17 +34,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def page(browser: Any, written: Path) -> Iterator[Any]:
-    opened = browser.new_page(viewport={"width": 1400, "height": 900})
-    told: list[str] = []
-    asked: list[str] = []
-    opened.on("pageerror", lambda error: told.append(str(error)))
-    opened.on("console", lambda line: told.append(line.text) if line.type == "error" else None)
-    opened.on("request", lambda request: asked.append(request.url))
-    opened.goto(written.as_uri())
-    yield opened
-    assert not told
-    assert {url.split("#")[0] for url in asked} == {written.as_uri()}
-    opened.close()
+    with opened(browser, written, 1400) as shown:
+        yield shown
 
 
 def test_a_column_is_sorted_both_ways_with_what_is_unknown_last(page: Any) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from fdi.report.html import html_report
 
+from ..browsing import opened
 from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
 
@@ -44,17 +45,8 @@ def test_the_scripts_run_from_disk(chromium: str, written: Path, tmp_path: Path)
 
 @pytest.fixture
 def page(browser: Any, written: Path) -> Iterator[Any]:
-    opened = browser.new_page(viewport={"width": 1300, "height": 900})
-    told: list[str] = []
-    asked: list[str] = []
-    opened.on("pageerror", lambda error: told.append(str(error)))
-    opened.on("console", lambda line: told.append(line.text) if line.type == "error" else None)
-    opened.on("request", lambda request: asked.append(request.url))
-    opened.goto(written.as_uri())
-    yield opened
-    assert not told
-    assert asked == [written.as_uri()]
-    opened.close()
+    with opened(browser, written, 1300) as shown:
+        yield shown
 
 
 def seen(page: Any) -> tuple[float, float]:

@@ -1,0 +1,22 @@
+"""A page in a browser that must neither complain nor ask for anything but itself."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+@contextmanager
+def opened(browser: Any, written: Path, width: int) -> Iterator[Any]:
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    told: list[str] = []
+    asked: list[str] = []
+    page.on("pageerror", lambda error: told.append(str(error)))
+    page.on("console", lambda line: told.append(line.text) if line.type == "error" else None)
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(written.as_uri())
+    yield page
+    assert not told
+    assert {url.split("#")[0] for url in asked} == {written.as_uri()}
+    assert len([url for url in asked if "#" not in url]) == 1
+    page.close()
