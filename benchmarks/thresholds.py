@@ -1,9 +1,9 @@
 """How many standard deviations of its own calm noise is the threshold of every test?
 
-    .venv/bin/python benchmarks/thresholds.py [--write] [--every K] [--closed-loop DIR] [--workers N]
+    .venv/bin/python benchmarks/thresholds.py [--write] [--every K] [--closed-loop DIR]
 
 In: the labelled flights of ../shared/flights, the closed-loop ones among them. Out: a table by test
-whose bound is one of noise: on how many flights it is judged, the threshold of a single sample over
+whose bound is one of noise: how often it is judged, the threshold of a single sample over
 the standard deviation of the residual in the first seconds in the air (median of the flights, and
 the largest tenth), the same of that part of the threshold which is noise (the rest is tolerance:
 what is constant or slow, and what the model states), and on how many flights the threshold is more
@@ -73,7 +73,7 @@ def table(flights: Sequence[Found]) -> Iterator[str]:
         for name, ratio, part in flight:
             by_test[name].append(ratio)
             noise[name].append(part)
-    yield f"| test | flights | median, sd | largest tenth, sd | noise alone | above {MOST:g} sd |"
+    yield f"| test | judged | median, sd | largest tenth, sd | noise alone | above {MOST:g} sd |"
     yield "| --- | --- | --- | --- | --- | --- |"
     for name, own in sorted(by_test.items(), key=lambda item: -float(np.median(item[1]))):
         above = sum(ratio > MOST for ratio in own)
