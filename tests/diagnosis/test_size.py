@@ -1,5 +1,7 @@
 """By how much a sensor is wrong: known sizes in noise of known kind."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +11,7 @@ from fdi.decision import load_policy
 from fdi.diagnosis import Size, diagnose
 from fdi.diagnosis.direction import BEGAN_S, Extent, directions, fit, gain, hypotheses, scene
 from fdi.diagnosis.explain import size_in_words
-from fdi.diagnosis.size import size_of
+from fdi.diagnosis.size import _against, size_of
 from fdi.telemetry import Channel, Flight, Signals
 from fdi.telemetry.events import flight_state
 
@@ -273,3 +275,17 @@ def test_memory_of_the_noise_widens_variances_as_the_process_says(memory):
     deviation = np.mean([np.diag(one.covariance) for one in found], axis=0)
     spread = np.mean([one.spread[:, 0] for one in found], axis=0)
     assert deviation * spread**2 == pytest.approx(2.0, rel=0.3)
+
+
+def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sensor():
+    where, best, _ = fitted(8.0 * STEP)
+    named = replace(best.hypothesis, names=("GPS2.x",))
+    twin = replace(best, hypothesis=named, value=-best.value)
+    assert _against([best], where) == ()
+    assert _against([best, twin], where) == ("GPS2.x",)
+    # a worse one is no rival, and one that explains as much otherwise leaves it open
+    assert _against([best, replace(twin, gain=0.5 * best.gain)], where) == ()
+    assert _against([best, replace(twin, value=best.value)], where) is None
+    assert _against([best, replace(twin, hypothesis=replace(named, field="y"))], where) is None
+    third = replace(twin, hypothesis=replace(named, names=("GPS3.x",)))
+    assert _against([best, twin, third], where) is None
