@@ -163,3 +163,13 @@ def test_noise_is_what_is_judged_in_the_air_and_far_from_alarms():
 
 def test_without_noise_the_scale_is_its_floor():
     assert scale_of(flight(np.zeros((len(BANK.generators), LENGTH))), 1.0)[1] == FLOOR
+
+
+@pytest.mark.parametrize("budget", [0.1, 10.0])
+def test_little_hangs_on_the_random_numbers_that_are_drawn(budget, monkeypatch):
+    given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
+    found = []
+    for seed in (0, 1, 2):
+        monkeypatch.setattr("fdi.decision.budget.SEED", seed)
+        found.append(scale_of(given, budget)[1])
+    assert max(found) < 1.06 * min(found)
