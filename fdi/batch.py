@@ -282,7 +282,7 @@ def _locked(path: Path) -> int | None:
         except (BlockingIOError, PermissionError):
             os.close(handle)
             return None
-        except BaseException:
+        except BaseException:  # an interrupt as well: what stays open keeps the lock
             os.close(handle)
             raise
         os.close(handle)

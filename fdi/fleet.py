@@ -97,8 +97,9 @@ def row_of_log(job: Job, tell: Callable[[Analysis], Row]) -> Row:
     except FdiError as error:
         row.update(error=str(error), error_kind=type(error).__name__)
     except Exception as error:  # noqa: BLE001 - a bad log is a row, never a stop
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        text = f"a defect of ours: {error!r} at {place.name}, line {place.lineno}"
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        place = f"{Path(last.filename).name}, line {last.lineno}"  # first: a text may be cut
+        text = f"a defect of ours in {last.name} ({place}): {error!r}"
         row.update(error=text[:500], error_kind=type(error).__name__)
     row["seconds"] = round(time.perf_counter() - start, 3)
     return row
@@ -343,7 +344,7 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         ) as pool:
             try:
                 yield pool
-            except BaseException:  # what has begun need not end
+            except BaseException:  # an interrupt as well: what has begun need not end; it goes on
                 pool.shutdown(wait=False, cancel_futures=True)
                 for process in set(active_children()) - others:
                     process.terminate()

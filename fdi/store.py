@@ -131,7 +131,7 @@ def _write(path: Path, content: bytes) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
         os.replace(name, path)
-    except BaseException:
+    except BaseException:  # an interrupt as well: no half a file stays; it goes on
         with contextlib.suppress(OSError):
             os.unlink(name)
         raise

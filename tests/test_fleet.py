@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from fdi.errors import UsageError
-from fdi.fleet import Job, analyze_log, rows
+from fdi.fleet import Job, analyze_log, row_of_log, rows
 from fdi.result import Analysis
 
 pytestmark = pytest.mark.usefixtures("_own_cache_folder")
@@ -52,6 +52,16 @@ def test_a_row_says_how_the_flight_ended_that_ended_worst(monkeypatch, ends, exp
     monkeypatch.setattr(Analysis, "document", told)
     row = analyze_log(Job(LOG))
     assert tuple(row[key] for key in ("ended", "end_s", "end_speed", "lost_control_s")) == expected
+
+
+def test_a_defect_of_ours_is_a_row_that_says_where_also_where_its_text_is_cut():
+    def tell(found):
+        raise KeyError("x" * 1000)
+
+    row = row_of_log(Job(LOG), tell)
+    assert row["error_kind"] == "KeyError"
+    assert row["error"].startswith("a defect of ours in tell (test_fleet.py, line ")
+    assert len(row["error"]) == 500
 
 
 def test_a_bad_log_is_a_row_with_the_same_keys(tmp_path):

@@ -35,12 +35,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         try:
             code = run(arguments)
-        except Exception as error:
+        except Exception as error:  # of any kind: `explain` files a defect's traceback
             if interrupts.seen:  # what an interrupt became on its way
                 raise
             code = explain(error)
         interrupts.is_over()
-    except BaseException as error:
+    except BaseException as error:  # an interrupt in any guise; all else goes on
         interrupts.is_over()
         if not interrupts.seen and not isinstance(error, KeyboardInterrupt):
             raise

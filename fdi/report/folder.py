@@ -190,7 +190,7 @@ def write_file(path: Path, content: bytes) -> None:
             with fresh.open("xb") as file:
                 file.write(content)
             _replace(fresh, path)
-        except BaseException:
+        except BaseException:  # an interrupt as well: no half a file stays; it goes on
             with contextlib.suppress(OSError):
                 fresh.unlink()
             raise
@@ -213,7 +213,7 @@ def _made(target: Path) -> Iterator[None]:
     try:  # an interrupt may come while `mkdir` returns
         target.mkdir(parents=True, exist_ok=True)
         yield
-    except BaseException:
+    except BaseException:  # an interrupt as well: no empty folder stays; it goes on
         if is_new:
             with contextlib.suppress(OSError):
                 target.rmdir()

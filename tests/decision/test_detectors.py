@@ -303,6 +303,15 @@ def test_fault_that_begins_soon_after_take_off_is_no_condition(start, size):
         assert alarms.alarm[0, round((start + 2) * RATE) :].mean() > 0.9
 
 
+def test_fault_that_turns_a_constant_into_its_opposite_is_no_condition():
+    values = noise(4 * MINUTE) - 20.0
+    start = round(12 * RATE)
+    values[start:] += 40.0
+    alarms = DEFAULT.decide(residuals(values, allowance=50.0))
+    assert alarms.centre[0] == pytest.approx(-20.0, abs=1.0)
+    assert alarms.alarm[0, start:].mean() > 0.9
+
+
 @pytest.mark.parametrize(("constant", "blamed"), [(1.0, True), (12.0, False)])
 def test_constant_that_swings_excuses_as_much_as_it_was(constant, blamed):
     """Upside down a large constant may be as large on the other side, a small one may not."""

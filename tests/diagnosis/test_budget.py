@@ -8,7 +8,7 @@ import pytest
 from fdi.decision import load_policy
 from fdi.decision.alarms import Use
 from fdi.decision.bounds import learn
-from fdi.decision.budget import STRETCH_S, noise_of, scale_for, scale_of_rate
+from fdi.decision.budget import FLOOR, STRETCH_S, noise_of, peaks, scale_for, scale_of_rate
 from fdi.decision.judging import judge
 from fdi.diagnosis.answer import causes_of
 from fdi.diagnosis.hypotheses import inquire
@@ -130,3 +130,46 @@ def test_scale_of_a_rate_continues_the_tail():
         expected = np.sqrt(2 * np.log(at_zero / rate))
         assert scale_of_rate(rate, peaks, hours) == pytest.approx(expected, rel=0.02)
     assert scale_of_rate(1.0, np.array([]), hours) == 0.0
+
+
+def test_where_more_alarms_are_asked_for_than_there_are_peaks_all_of_them_alarm():
+    few = np.array([3.0, 1.0, 2.0])
+    assert [scale_of_rate(rate, few, 2.0) for rate in (1.0, 1.5, 50.0)] == [1.0, 1.0, 1.0]
+
+
+def test_neighbouring_stretches_that_alarm_are_one_peak():
+    none = -np.inf
+    scales = np.array([[1.0, 3.0, 3.0, 2.0, none, 5.0], [4.0, none, 0.0, none, 1.0, 2.0]])
+    assert sorted(peaks(scales)) == [2.0, 3.0, 4.0, 5.0]
+
+
+def test_noise_is_what_is_judged_in_the_air_and_far_from_alarms():
+    """In the air for the first half of 150 s, with an alarm in it, and shaken on the ground."""
+    rows = len(BANK.generators)
+    values = slow(np.random.default_rng(5), rows, LENGTH)
+    values[0, 160:180] += 40.0
+    values[1, :] = 0.0
+    values[:, LENGTH // 2 :] *= 30.0
+    landed = (Flight(0, LENGTH / 2 / RATE),)
+    signals = alarms_of(BANK, {}, flights=landed, seconds=LENGTH / RATE).residuals.signals
+    given = replace(flight(values), signals=signals)
+    bounds = learn(given, RECIPE)
+    noise = noise_of(judge(given, bounds, RECIPE, USE), bounds)
+    assert 60.0 <= 3600 * noise.hours <= 75.0
+    assert noise.known.shape[1] <= LENGTH // 2
+    assert noise.rows.tolist() == [row for row in range(rows) if row != 1]
+    assert (noise.model.deviation[noise.rows] * 0.6 < 1.5).all()
+
+
+def test_without_noise_the_scale_is_its_floor():
+    assert scale_of(flight(np.zeros((len(BANK.generators), LENGTH))), 1.0)[1] == FLOOR
+
+
+@pytest.mark.parametrize("budget", [0.1, 10.0])
+def test_little_hangs_on_the_random_numbers_that_are_drawn(budget, monkeypatch):
+    given = flight(slow(np.random.default_rng(5), len(BANK.generators), LENGTH))
+    found = []
+    for seed in (0, 1, 2):
+        monkeypatch.setattr("fdi.decision.budget.SEED", seed)
+        found.append(scale_of(given, budget)[1])
+    assert max(found) < 1.06 * min(found)

@@ -118,6 +118,18 @@ def test_a_mean_beyond_a_tolerance_is_told_with_the_tolerance():
     assert "3.5 m is within health" in sentence(run, wide)
 
 
+@pytest.mark.parametrize(("mean", "said"), [(6.0, "6 m on average"), (2.0, "20 m")])
+def test_told_is_what_is_farther_beyond_its_own_threshold(mean, said):
+    """20 m are twice what a sample may be; the mean is four times its own, or a third more."""
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}))
+    means = {"mean": np.full((1, 204), mean), "mean_threshold": np.full((1, 204), 1.5)}
+    alarms = alarms_of(bank, {0: [(40, 50)]}, peak=10.0, **SHORT, **means)
+    alarms = replace(alarms, threshold=np.full((1, 204), 10.0))
+    (run,) = find_runs(alarms, 0.0, 51.0)
+    assert f"off by up to {said}" in sentence(run, alarms)
+    assert ("on average" in sentence(run, alarms)) == ("average" in said)
+
+
 def test_input_is_what_a_sensor_does_not_agree_with():
     text = model({"gps": ["x"]}) + (
         "inputs:\n  MAP:\n    fields:\n      x: {variable: x, accuracy: 1 m}\n"

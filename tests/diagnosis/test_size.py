@@ -1,5 +1,7 @@
 """By how much a sensor is wrong: known sizes in noise of known kind."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,8 +9,9 @@ from hypothesis import strategies as st
 
 from fdi.decision import load_policy
 from fdi.diagnosis import Size, diagnose
+from fdi.diagnosis.direction import BEGAN_S, Extent, directions, fit, gain, hypotheses, scene
 from fdi.diagnosis.explain import size_in_words
-from fdi.diagnosis.size import size_of
+from fdi.diagnosis.size import _against, size_of
 from fdi.telemetry import Channel, Flight, Signals
 from fdi.telemetry.events import flight_state
 
@@ -186,3 +189,103 @@ def test_place_is_told_in_metres_and_a_pressure_with_what_it_shows():
         size_in_words(pressure)
         == "A.p reads 0.95 +- 0.05 hPa (8.2 m) higher than B.p from 10.0 s on"
     )
+
+
+def test_a_sensor_may_be_off_by_each_channel_alone_and_by_all_alike():
+    found = hypotheses(TWINS, "baro")
+    assert {(one.names, one.shape) for one in found} == {
+        (names, shape)
+        for names in (("BARO.x",), ("BARO2.x",), ("BARO.x", "BARO2.x"))
+        for shape in ("bias", "drift")
+    }
+    assert {one.component for one in found} == {"baro"}
+    assert {one.unit for one in found} == {"m"}
+    assert {one.field for one in found} == {"x"}
+    assert all(len(one.equations) == len(one.names) for one in found)
+
+
+def fitted(fault, shape="bias", length=20.0, end=SECONDS, moments=None):
+    """The best fit of a fault of the receiver in three sensors that hardly scatter."""
+    where = scene(alarms_of(THREE, {"GPS.x": fault}, scale=0.01), "gps", ONSET, 0.0, end)
+    (one,) = [h for h in hypotheses(THREE, "gps") if h.shape == shape]
+    begun = directions(where, one, moments or BEGAN_S[shape])
+    return where, fit(where, one, Extent(length), begun), gain(where, one, Extent(length), begun)
+
+
+def test_without_noise_a_step_is_explained_whole():
+    where, found, roughly = fitted(8.0 * STEP)
+    assert found.value == pytest.approx(8.0, abs=0.02)
+    assert found.halves == pytest.approx((8.0, 8.0), abs=0.02)
+    assert abs(found.since - ONSET) <= 0.5
+    assert found.explained > 0.99
+    assert found.gain == pytest.approx(roughly, rel=0.02)
+    # each of the two tests that hold the receiver is moved by the step, as seen over its spread
+    after = where.piece.t >= ONSET + 1.0
+    sizes = np.abs(found.moved * where.spread)[:, after]
+    held = [("GPS.x" in THREE.generators[row].faults) for row in where.rows]
+    assert sizes[held] == pytest.approx(8.0, abs=0.05)
+    assert sizes[~np.array(held)] == pytest.approx(0.0)
+
+
+def test_without_noise_a_ramp_is_explained_whole_and_not_by_seconds_of_it():
+    _, found, _ = fitted(0.5 * RAMP, "drift")
+    assert found.value == pytest.approx(0.5, abs=0.02)
+    assert abs(found.since - ONSET) <= 1.0
+    assert found.explained > 0.99
+    short, enough = (fitted(0.5 * RAMP, "drift", s, moments=[0.0])[1] for s in (5.0, 7.0))
+    assert short is None
+    assert enough.value == pytest.approx(0.5, abs=0.02)
+
+
+def test_of_a_fault_that_changes_the_halves_tell_two_sizes():
+    _, found, _ = fitted(np.where(T < ONSET + 10.0, 12.0, 6.0) * STEP)
+    assert found.halves[0] == pytest.approx(12.0, abs=0.2)
+    assert found.halves[1] < 9.0
+
+
+def test_nothing_counts_after_the_flight_is_over_nor_long_after_the_onset():
+    changed = np.where(T < ONSET + 10.0, 8.0, 80.0) * STEP
+    for _, found, _ in (fitted(changed, length=10.0), fitted(changed, end=ONSET + 10.0)):
+        assert found.value == pytest.approx(8.0, abs=0.02)
+
+
+def test_what_is_usual_is_learned_from_calm_seconds_before_the_onset():
+    alarms = alarms_of(THREE, {"GPS.x": 8.0 * STEP})
+    where = scene(alarms, "gps", ONSET, 0.0, 100.0)
+    assert np.nanmedian(where.calm, axis=1) == pytest.approx(0.0, abs=1e-12)
+    # 60 s at most, 3 s of them a guard, 5 s for settling after take-off
+    assert where.calm.shape[1] == (ONSET - 3.0 - 5.0) * RATE
+    late = scene(alarms, "gps", 90.0, 0.0, 100.0)
+    assert late.calm.shape[1] == (60.0 - 3.0) * RATE
+    assert scene(alarms, "gps", ONSET, 47.0, 100.0) is None
+    assert scene(alarms, "gps", ONSET, 45.0, 100.0) is not None
+    times = where.piece.t[[0, -1]]
+    assert times == pytest.approx([ONSET - 12.0 - 8.0, ONSET + 20.0 + 8.0], abs=1.0)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.6])
+def test_memory_of_the_noise_widens_variances_as_the_process_says(memory):
+    """Of an autoregression of first order a mean's variance is (1 + a) / (1 - a) times as large."""
+    found = [
+        scene(alarms_of(THREE, {}, seed, memory), "gps", 90.0, 0.0, 100.0) for seed in range(4)
+    ]
+    expected = (1 + memory) / (1 - memory)
+    assert np.median([one.inflation for one in found]) == pytest.approx(expected, rel=0.3)
+    # a difference of two sensors of 1 m each has a variance of 2 m^2
+    deviation = np.mean([np.diag(one.covariance) for one in found], axis=0)
+    spread = np.mean([one.spread[:, 0] for one in found], axis=0)
+    assert deviation * spread**2 == pytest.approx(2.0, rel=0.3)
+
+
+def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sensor():
+    where, best, _ = fitted(8.0 * STEP)
+    named = replace(best.hypothesis, names=("GPS2.x",))
+    twin = replace(best, hypothesis=named, value=-best.value)
+    assert _against([best], where) == ()
+    assert _against([best, twin], where) == ("GPS2.x",)
+    # a worse one is no rival, and one that explains as much otherwise leaves it open
+    assert _against([best, replace(twin, gain=0.5 * best.gain)], where) == ()
+    assert _against([best, replace(twin, value=best.value)], where) is None
+    assert _against([best, replace(twin, hypothesis=replace(named, field="y"))], where) is None
+    third = replace(twin, hypothesis=replace(named, names=("GPS3.x",)))
+    assert _against([best, twin, third], where) is None

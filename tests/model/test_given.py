@@ -138,3 +138,10 @@ def test_a_function_of_another_shape_is_refused(tmp_path):
 def test_a_table_that_does_not_ascend_is_refused(points):
     with pytest.raises(ModelError, match="ascend"):
         table(points, points, ["1"], "1")
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_table_takes_as_many_arguments_as_it_has_dimensions_one_or_two(count):
+    points = [[0.0, 1.0]] * count
+    with pytest.raises(ModelError, match=f"of {count} dimensions takes 3 arguments"):
+        table(points, np.zeros((2,) * count), ["1", "1", "1"], "1")

@@ -13,6 +13,7 @@ from fdi import store
 from fdi.errors import ModelError
 from fdi.model import load_airframe, shipped_models
 from fdi.model.choose import vehicles_of
+from fdi.model.expression import parse
 from fdi.model.load import find_model, models_folder
 from fdi.model.yaml import read_document
 
@@ -199,6 +200,43 @@ BASE = "format: 1\nname: b\nvariables:\n  y: {unit: m}\nequations:\n  k_9: y = 3
 
 def with_line(text, line):
     return text.replace("name: cart\n", f"name: cart\n{line}\n")
+
+
+def test_what_a_field_states_goes_before_what_its_message_states(tmp_path):
+    text = """format: 1
+name: cart
+components: {gps: {}, other: {}}
+variables: {x: {unit: m}}
+measurements:
+  GPS:
+    component: gps
+    group: sensor
+    latency: 200 ms
+    when: "fix > 2"
+    fields:
+      a: {variable: x, accuracy: 2 m, jitter: 1 m}
+      b: {variable: x, component: other, group: navigation, latency: 50 ms, when: "b > 1"}
+  OTHER:
+    fields:
+      c: {variable: x}
+"""
+    shown = {str(m.channel): m for m in load_airframe(write(tmp_path, text)).measurements}
+    a, b, c = shown["GPS.a"], shown["GPS.b"], shown["OTHER.c"]
+    assert (a.component, a.group, a.latency) == ("gps", "sensor", 0.2)
+    assert (b.component, b.group, b.latency) == ("other", "navigation", 0.05)
+    assert (c.component, c.group, c.latency) == ("outside_model", "other", 0.0)
+    assert (a.accuracy, a.jitter, b.accuracy) == (2.0, 1.0, None)
+    assert (a.when, c.when) == (parse("fix > 2", condition=True), None)
+    assert b.when == parse("fix > 2 and b > 1", condition=True)
+
+
+@pytest.mark.parametrize(
+    "stated", ["jitter: 3 m, accuracy: 2 m", "jitter: 0 m, accuracy: 2 m", "jitter: 1 m"]
+)
+def test_jitter_is_a_part_of_the_accuracy(stated, tmp_path):
+    text = GOOD.replace("{variable: x, value:", "{variable: x, " + stated + ", value:")
+    (told,) = problems(tmp_path, text)
+    assert "must be positive and within the accuracy" in told
 
 
 def test_a_second_definition_is_an_error_unless_the_file_extends_the_first(tmp_path):

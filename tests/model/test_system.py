@@ -150,6 +150,24 @@ def test_a_log_in_another_unit_is_refused(airframe, unit):
         airframe.observe(log)
 
 
+@pytest.mark.parametrize("unit", ["", "furlong", "s"])
+def test_what_the_model_computes_needs_no_unit_of_the_log(airframe, unit):
+    log = stub_log({"VFR_HUD": ["groundspeed", "airspeed", "alt"]}, units={**UNITS, "alt": unit})
+    shown = {str(e.measurement.channel) for e in airframe.observe(log).equations if e.measurement}
+    assert shown == {"VFR_HUD.groundspeed", "VFR_HUD.airspeed", "VFR_HUD.alt"}
+
+
+def test_a_channel_whose_unit_the_log_does_not_state_is_left_out_and_told(airframe):
+    log = stub_log({"VFR_HUD": ["groundspeed", "airspeed"]}, units={"airspeed": "m/s"})
+    system = airframe.observe(log)
+    shown = {str(e.measurement.channel) for e in system.equations if e.measurement}
+    assert shown == {"VFR_HUD.airspeed"}
+    (told,) = [text for text in system.warnings if "unit" in text]
+    assert told == (
+        "VFR_HUD.groundspeed: this log does not state its unit (raw: true takes it as it is)"
+    )
+
+
 def test_a_unit_spelled_otherwise_fits(airframe):
     log = stub_log({"VFR_HUD": ["airspeed"]}, units={"airspeed": "m*Hz"})
     assert names(airframe.observe(log)) == ["VFR_HUD.airspeed"]
