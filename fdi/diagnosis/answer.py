@@ -23,6 +23,7 @@ from fdi.diagnosis.isolability import implementable_isolability, structural_isol
 from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.naming import Cause, Effect, doubted, name
+from fdi.diagnosis.others import others
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.together import together
 from fdi.diagnosis.undecided import left_open, not_testable
@@ -59,7 +60,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     consequences: tuple[Consequence, ...] = ()
     cleared: tuple[RuledOut, ...] = ()
     undecided: tuple[Open, ...] = ()
-    others: tuple[Agreement, ...] = ()
+    methods: tuple[Agreement, ...] = ()
     sets: tuple[Together, ...] = ()
     flew = bool(np.any(alarms.residuals.signals.state.airborne))
     untested = not_testable(alarms, bank, implementable, flew=flew)
@@ -74,7 +75,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         kept = doubted(causes, effects, inquiries, fitted)
         cleared = tuple(one for one in clearable(alarms) if one.component not in kept)
         sets = tuple(together(inquiries, causes, effects))
-        others = agreements(inquiries, causes, bank)
+        methods = agreements(inquiries, causes, bank)
         named = {f.component for f in findings} | {c.component for c in consequences}
         named |= {name for f in findings for name in f.inseparable_from}
         told = named | {one.component for one in cleared} | {one.component for one in untested}
@@ -90,7 +91,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
         open=undecided,
         not_testable=untested,
         together=sets,
-        methods=others,
+        methods=methods,
         grid=grid,
         implementable=implementable,
         structural=structural_isolability(bank.system),
@@ -175,6 +176,7 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         evidence=shown,
         because=cause.because,
         rivals=cause.rivals,
+        others=others(cause, inquiry, alarms.residuals.bank),
         size=size,
     )
 
