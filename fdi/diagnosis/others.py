@@ -83,18 +83,26 @@ def others(cause: Cause, inquiry: Inquiry, bank: Bank) -> tuple[Other, ...]:
 
 def _against(name: str, scene: _Scene) -> Iterator[str]:
     if scene.alarms(name):
+        yield from _follows(name, scene)
         yield from _unexplained(name, scene)
     yield from _silent(name, scene)
-    if scene.alarms(name):
-        yield from _later(name, scene)
-        if name in scene.inquiry.reach[scene.cause.component]:
-            words = the_part(scene.cause.component, scene.bank.system.components)
-            yield f"a failure of {words} disturbs it too"
     component = scene.inquiry.whom.components[name]
     if component.computed:
         yield "it is computed, and has no part that breaks"
     elif component.group == "autopilot":
         yield "it is a program, which does as well as what it is given"
+
+
+def _follows(name: str, scene: _Scene) -> Iterator[str]:
+    """Yield that a component's alarms came later, and may follow from the accused."""
+    first, start = scene.first(name), scene.first(scene.cause.component)
+    if first is None or start is None:
+        return
+    if first > start + SIMULTANEOUS_S:
+        yield f"its first alarm came {first - start:.1f} s later"
+    if first >= start - SIMULTANEOUS_S and name in scene.inquiry.reach[scene.cause.component]:
+        words = the_part(scene.cause.component, scene.bank.system.components)
+        yield f"a failure of {words} disturbs it too"
 
 
 def _unexplained(name: str, scene: _Scene) -> Iterator[str]:
@@ -132,9 +140,3 @@ def _silent(name: str, scene: _Scene) -> Iterator[str]:
         many = f"{which} its {len(rows)} tests were quiet"
     more = ", such as" if len(quiet) > 1 else ":"
     yield f"{many}{more} whether {scene.fact(name, telling)} ({share} % of the threshold at most)"
-
-
-def _later(name: str, scene: _Scene) -> Iterator[str]:
-    first, start = scene.first(name), scene.first(scene.cause.component)
-    if first is not None and start is not None and first > start + SIMULTANEOUS_S:
-        yield f"its first alarm came {first - start:.1f} s later"

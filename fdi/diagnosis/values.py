@@ -127,7 +127,7 @@ class Finding(Shown):
     evidence: Evidence
     because: tuple[Term, ...]
     rivals: tuple[tuple[str, float], ...]
-    others: tuple[Other, ...]
+    others: tuple[Other, ...] = ()
     size: Size | None = None
 
 
