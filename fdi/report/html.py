@@ -20,7 +20,7 @@ from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
-from fdi.report.page.suspects import ending_words, first_signs, rest, sure_words, suspects
+from fdi.report.page.suspects import behind, ending_words, first_signs, rest, sure_words, suspects
 from fdi.report.page.templates import templates
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
@@ -116,6 +116,7 @@ def _findings(
             "sure": sure_words(finding, analysis.system.components),
             "suspects": (named := suspects(finding, analysis, whom)),
             "rest": rest(finding, named, analysis),
+            "behind": behind(finding, analysis),
             "onset": onset(finding, analysis),
             "alarm": log_time(finding.alarm, analysis.log),
             "end": None if finding.end is None else log_time(finding.end, analysis.log),

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns
+from fdi.diagnosis.concerns import Concerns, affected
 from fdi.diagnosis.plain import alarm_clause
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
@@ -150,6 +150,23 @@ def rest(finding: Finding, told: Sequence[Suspect], analysis: Analysis) -> Rest:
         tuple(alarmed[:MOST_ALARMED]),
         tuple(name for name, _, _ in alarmed[MOST_ALARMED:]),
         tuple(quiet),
+    )
+
+
+def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
+    """Return what disturbs an accused program or quantity when it fails, and is not ruled out.
+
+    A controller does as well as the parts it works with: to accuse it asks what is behind it.
+    """
+    components = analysis.system.components
+    accused = components.get(finding.component)
+    if accused is None or not (accused.computed or accused.group == "autopilot"):
+        return ()
+    cleared = {one.component for one in analysis.ruled_out}
+    return tuple(
+        component_words(name, components)
+        for name in components
+        if name not in cleared and finding.component in affected(name, components)
     )
 
 
