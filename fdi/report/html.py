@@ -8,7 +8,7 @@ elsewhere, and a policy that forbids the browser to fetch or run any but those i
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from fdi.diagnosis import Ending, Finding
@@ -44,8 +44,11 @@ from fdi.units import customary
 MOST_EVENTS: Final = 400
 
 
-def html_report(analysis: Analysis) -> str:
-    """Return the report as one self-contained HTML page."""
+def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -> str:
+    """Return the report as one self-contained HTML page.
+
+    ``document``: what `analysis_document` returns, where it was made before.
+    """
     from markupsafe import Markup
 
     environment = templates()
@@ -55,7 +58,7 @@ def html_report(analysis: Analysis) -> str:
     events, events_left = _events(analysis)
     states = states_of(analysis)
     return environment.get_template("report.html.j2").render(
-        document=analysis_document(analysis),
+        document=analysis_document(analysis) if document is None else document,
         page=page,
         csp=policy(),
         style=Markup(style()),
