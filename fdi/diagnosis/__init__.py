@@ -13,6 +13,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``features.py``: what speaks for and against a component, as numbers
 - ``likelihood.py``: how probable each is, and nobody
 - ``naming.py``: who is accused, and which alarms only follow
+- ``others.py``: why it was not another part
 - ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
@@ -41,6 +42,7 @@ from fdi.diagnosis.values import (
     Isolability,
     NotTestable,
     Open,
+    Other,
     Outlook,
     RuledOut,
     Size,
@@ -62,6 +64,7 @@ __all__ = [
     "Isolability",
     "NotTestable",
     "Open",
+    "Other",
     "Outlook",
     "RuledOut",
     "Size",

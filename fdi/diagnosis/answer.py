@@ -23,6 +23,7 @@ from fdi.diagnosis.isolability import implementable_isolability, structural_isol
 from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.naming import Cause, Effect, doubted, name
+from fdi.diagnosis.others import others
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.together import together
 from fdi.diagnosis.undecided import left_open, not_testable
@@ -141,6 +142,7 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         evidence=shown,
         because=cause.because,
         rivals=cause.rivals,
+        others=others(cause, inquiry, alarms.residuals.bank),
         size=size,
     )
 

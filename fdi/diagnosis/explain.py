@@ -34,7 +34,14 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
     bank = alarms.residuals.bank
     onset = cause.runs[0].onset
     first = [run for run in cause.runs if run.onset <= onset + SIMULTANEOUS_S]
-    telling = max(first, key=lambda run: (len(bank.generators[run.row].faults) == 1, run.peak))
+    telling = max(
+        first,
+        key=lambda run: (
+            _reads(cause.component, bank, bank.generators[run.row]),
+            len(bank.generators[run.row].faults) == 1,
+            run.peak,
+        ),
+    )
     rows = list(dict.fromkeys(run.row for run in cause.runs))
     channels = dict.fromkeys(
         channel for row in rows for channel in channels_of(bank, bank.generators[row])
@@ -47,6 +54,12 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
         tuple(channels),
         bank.generators[telling.row].id,
     )
+
+
+def _reads(component: str, bank: Bank, generator: Generator) -> bool:
+    """Return whether a generator reads a channel of a component."""
+    read = (bank.system.equations[number].measurement for number in generator.equations)
+    return any(m is not None and not m.trusted and m.component == component for m in read)
 
 
 def sentence(run: Run, alarms: Alarms) -> str:
@@ -94,11 +107,9 @@ def sentence(run: Run, alarms: Alarms) -> str:
             f"{times:.2g} times as much as at first {when}, {alarms.scatter_most:g} times is "
             "within health"
         )
-    agree = "do" if len(sensors or inputs) > 1 else "does"
-    return (
-        f"{names}{against} {agree} not agree: off by up to {amount}{lasting} {when}, "
-        f"{bound} is within health"
-    )
+    several = len(sensors or inputs) > 1
+    agree = f"{'do' if several else 'does'} not agree: off" if several or against else "is off"
+    return f"{names}{against} {agree} by up to {amount}{lasting} {when}, {bound} is within health"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -65,7 +65,7 @@ FEATURES: Final[Mapping[str, Feature]] = {
     "fit": Feature(
         1,
         "how much of what alarms and what is quiet one fault of it explains",
-        "one fault of it alone fits what alarms and what stays quiet to #",
+        "one fault of it explains # of what alarms and what stays quiet",
         lambda value: f"{100 * value:.0f} %",
     ),
     "near": Feature(
@@ -198,9 +198,7 @@ def features(
     for name in asked:
         component, tie = whom.components[name], ties[name]
         held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
-        # an estimator that uses a sensor follows it: that the two agree says little of the sensor
-        echoed = np.array([not reach[name].isdisjoint(own) for own in whom.through], bool)
-        judged = (tie == Tie.HELD) & done.judged & (done.alarmed | ~echoed)
+        judged = speaking(tie, reach[name], done, whom)
         # tests that concern nobody else
         unique = judged & only & ~whom.supports
         alone = held & only & ~whom.supports
@@ -223,6 +221,26 @@ def features(
         }
         rows.append([values[feature] for feature in FEATURES])
     return np.array(rows, float).reshape(len(asked), len(FEATURES))
+
+
+def speaking(
+    tie: NDArray[np.int8], reach: frozenset[str], done: Doings, whom: Concerns
+) -> NDArray[np.bool_]:
+    """Return the tests, (r,), whose alarm or silence says something of a component.
+
+    Parameters
+    ----------
+    tie : (r,) int8
+        The component's `Tie` to each test.
+    reach : frozenset of str
+        Those that its failure disturbs.
+    done : Doings
+    whom : Concerns
+    """
+    # an estimator that uses a sensor follows it: that the two agree says little of the sensor
+    echoed = np.array([not reach.isdisjoint(own) for own in whom.through], bool)
+    says: NDArray[np.bool_] = (tie == Tie.HELD) & done.judged & (done.alarmed | ~echoed)
+    return says
 
 
 def _most(values: Floats) -> float:

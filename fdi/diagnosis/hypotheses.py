@@ -86,7 +86,7 @@ class Inquiry:
 
     def case(self, at: float, runs: Sequence[Run]) -> Case:
         """Return the case of a moment, s, by those of the runs that stand or begin soon after."""
-        done = self._doings(at, runs)
+        done = self.doings(at, runs)
         names = tuple(
             name for name in self.ties if (self.ties[name][self._accusing(name, done)] > 0).any()
         )
@@ -131,7 +131,8 @@ class Inquiry:
         asked = set(here)
         return (run for run in self.runs if _is_here(run, at) and run not in asked)
 
-    def _doings(self, at: float, runs: Sequence[Run]) -> Doings:
+    def doings(self, at: float, runs: Sequence[Run]) -> Doings:
+        """Return what the tests did around a moment, s, of the runs those that are asked about."""
         count = len(self.share)
         alarmed = np.zeros(count, bool)
         onset, over = np.full(count, np.inf), np.full(count, -np.inf)

@@ -14,7 +14,7 @@ from fdi.model.naming import component_words, inside
 
 if TYPE_CHECKING:
     from fdi.model import System
-    from fdi.model.parts import Measurement, Variable
+    from fdi.model.parts import Component, Measurement, Variable
     from fdi.model.system import SystemEquation
     from fdi.residuals.bank import Bank, Generator
 
@@ -60,6 +60,30 @@ def alarm_clause(component: str, generator: Generator, system: System) -> str:
     """
     clause, is_verb = _clause(component, generator, system)
     return f"it {clause}" if is_verb else clause
+
+
+def alarm_fact(component: str, generator: Generator, system: System) -> str:
+    """Return what an alarm states, as the clause behind a "that" or a "whether".
+
+    Parameters
+    ----------
+    component : str
+        One that the residual concerns.
+    """
+    clause, is_verb = _clause(component, generator, system)
+    return f"{the_part(component, system.components)} {clause}" if is_verb else clause
+
+
+def the_part(component: str, components: Mapping[str, Component]) -> str:
+    """Return what a person calls a component inside a sentence, with its article.
+
+    Examples
+    --------
+    >>> the_part("compass", {}), the_part("motor_2", {})
+    ('the compass', 'motor 2')
+    """
+    words = inside(component_words(component, components))
+    return words if any(letter.isdigit() for letter in words) else f"the {words}"
 
 
 def telling_clause(component: str, tests: Sequence[str], bank: Bank) -> str:

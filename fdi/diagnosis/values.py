@@ -75,6 +75,23 @@ class Term(Shown):
 
 
 @dataclass(frozen=True, slots=True)
+class Other(Shown):
+    """What a flight shows of a component when another one is accused.
+
+    Attributes
+    ----------
+    alarm : float or None
+        When the first alarm about it began, s, of those that stood or began within 10 s.
+    against : tuple of str
+        What speaks against it, in words; facts of this flight, and seldom a proof.
+    """
+
+    component: str
+    alarm: float | None
+    against: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Finding(Shown):
     """An accused component, in one episode of one flight; times are s of the log's clock.
 
@@ -92,6 +109,8 @@ class Finding(Shown):
         What weighed most, the strongest first.
     rivals : tuple of (str, float)
         Everybody else who could have made these alarms, with the probability, 0..1.
+    others : tuple of Other
+        Everybody else of whom a test ran then, the rivals first.
     size : Size or None
         By how much a sensor is wrong, where the residuals are explained by it.
     """
@@ -109,6 +128,7 @@ class Finding(Shown):
     evidence: Evidence
     because: tuple[Term, ...]
     rivals: tuple[tuple[str, float], ...]
+    others: tuple[Other, ...] = ()
     size: Size | None = None
 
 

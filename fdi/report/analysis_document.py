@@ -285,6 +285,14 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
         "rivals": [
             {"component": name, "probability": number(share)} for name, share in finding.rivals
         ],
+        "others": [
+            {
+                "component": one.component,
+                "alarm": moment(one.alarm, analysis.log),
+                "against": list(one.against),
+            }
+            for one in finding.others
+        ],
         "size": None if finding.size is None else _size(finding.size, analysis.log),
     }
 

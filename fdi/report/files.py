@@ -58,8 +58,9 @@ def names_of(formats: Sequence[str]) -> tuple[str, ...]:
 
 def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, bytes]]:
     """Yield the name and bytes of every file."""
+    document = analysis_document(analysis) if {"json", "html"} & set(formats) else {}
     if "json" in formats:
-        yield "analysis.json", json_text(analysis_document(analysis)).encode()
+        yield "analysis.json", json_text(document).encode()
     if "txt" in formats:
         yield "summary.txt", summary(analysis).encode()
     if "csv" in formats:
@@ -68,7 +69,7 @@ def contents(analysis: Analysis, formats: Sequence[str]) -> Iterator[tuple[str, 
     if "parquet" in formats:
         yield "residuals.parquet", residuals_parquet(analysis)
     if "html" in formats:
-        yield "report.html", html_report(analysis).encode()
+        yield "report.html", html_report(analysis, document).encode()
     if not {"png", "svg"} & set(formats):
         return
     drawn = {

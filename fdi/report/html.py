@@ -8,7 +8,7 @@ elsewhere, and a policy that forbids the browser to fetch or run any but those i
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from fdi.diagnosis import Ending, Finding
@@ -20,7 +20,7 @@ from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
-from fdi.report.page.suspects import ending_words, first_signs, sure_words, suspects
+from fdi.report.page.suspects import behind, ending_words, first_signs, rest, sure_words, suspects
 from fdi.report.page.templates import templates
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
@@ -44,8 +44,11 @@ from fdi.units import customary
 MOST_EVENTS: Final = 400
 
 
-def html_report(analysis: Analysis) -> str:
-    """Return the report as one self-contained HTML page."""
+def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -> str:
+    """Return the report as one self-contained HTML page.
+
+    ``document``: what `analysis_document` returns, where it was made before.
+    """
     from markupsafe import Markup
 
     environment = templates()
@@ -55,7 +58,7 @@ def html_report(analysis: Analysis) -> str:
     events, events_left = _events(analysis)
     states = states_of(analysis)
     return environment.get_template("report.html.j2").render(
-        document=analysis_document(analysis),
+        document=analysis_document(analysis) if document is None else document,
         page=page,
         csp=policy(),
         style=Markup(style()),
@@ -114,7 +117,9 @@ def _findings(
                 analysis.bank,
             ),
             "sure": sure_words(finding, analysis.system.components),
-            "suspects": suspects(finding, analysis, whom),
+            "suspects": (named := suspects(finding, analysis, whom)),
+            "rest": rest(finding, named, analysis),
+            "behind": behind(finding, analysis),
             "onset": onset(finding, analysis),
             "alarm": log_time(finding.alarm, analysis.log),
             "end": None if finding.end is None else log_time(finding.end, analysis.log),

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from flights import analysis_of, shared
 from hypothesis import given
 from hypothesis import strategies as st
 
 import fdi
 from fdi.telemetry.meaning import with_link
-from flights import analysis_of, shared
 
 LONGEST = 60.0
 

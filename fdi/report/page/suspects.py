@@ -1,31 +1,33 @@
 """How sure is an accusation, and what would have to be true if it was somebody else?
 
-In: an analysis and a finding. Out: the second suspect, another component or nobody, and what its
-guilt would ask of the tests: which alarms it explains, which it does not, which tests that hold it
-stayed quiet. The probabilities are the diagnosis' own.
+In: an analysis and a finding. Out: the second suspect, another component or nobody, what its guilt
+would mean and what speaks against it; and why it was nobody else. The probabilities and the reasons
+are the diagnosis' own (`fdi.diagnosis.others`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from fdi.decision.alarms import UNKNOWN
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns
+from fdi.diagnosis.concerns import Concerns, affected
 from fdi.diagnosis.plain import alarm_clause
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
-from fdi.report.words import at, per_cent, plural
+from fdi.report.words import at, per_cent
 from fdi.result import Analysis
 
 SOON: Final = 10.0
-"""s after the onset in which a test that holds a component should have shown its fault."""
+"""s after the onset that count for it."""
 NEGLIGIBLE: Final = 0.005
 MOST_SIGNS: Final = 4
+MOST_ALARMED: Final = 2
+"""Parts with alarms of which it is told at length why they are not accused."""
+NOTHING: Final = "nothing that the tests show speaks against it"
 _SAYS: Final = ("alarm", "trigger", "event", "command")
 _HOW: Final = {
     "landed": "It landed.",
@@ -38,11 +40,29 @@ _HOW: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Suspect:
-    """Who else it may have been, how probable that is, and what would have to be true."""
+    """Who else it may have been, how probable that is, what would have to be true, what is not."""
 
     name: str
     share: float
     asks: tuple[str, ...]
+    against: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Why it was nobody else either.
+
+    Attributes
+    ----------
+    alarmed : tuple of (str, float, tuple of str)
+        Parts about which tests alarmed: name, from when on, s, what speaks against it.
+    more, quiet : tuple of str
+        Further such parts, and those of which no test alarmed.
+    """
+
+    alarmed: tuple[tuple[str, float, tuple[str, ...]], ...]
+    more: tuple[str, ...]
+    quiet: tuple[str, ...]
 
 
 def ending_words(ending: Ending | None) -> str:
@@ -83,24 +103,14 @@ def _rival(
     rows = [place[test] for test in finding.evidence.residuals if test in place]
     explained = [row for row in rows if name in whom.of(row)]
     system = analysis.system
-    words = component_words(name, system.components)
     asks = []
     if explained:
         telling = max(explained, key=lambda row: _peak(analysis, row, finding.onset))
         clause = alarm_clause(name, analysis.bank.generators[telling], system)
         asks.append(clause if clause.startswith("it ") else f"what it disturbs: {clause}")
-    left = len(rows) - len(explained)
-    if left:
-        asks.append(
-            f"{left} of the {plural(len(rows), 'alarm')} would have another cause: "
-            f"{'its test does' if left == 1 else 'their tests do'} not concern it"
-        )
-    quiet, judged = _silent(name, analysis, whom, finding.onset)
-    if judged:
-        asks.append(
-            f"{quiet} of the {plural(judged, 'test')} that look at it stayed quiet all the same"
-        )
-    return Suspect(words, share, tuple(asks))
+    against = next((one.against for one in finding.others if one.component == name), ())
+    words = component_words(name, system.components)
+    return Suspect(words, share, tuple(asks), against or (NOTHING,))
 
 
 def _nobody(share: float, *, is_alone: bool) -> Suspect:
@@ -109,7 +119,7 @@ def _nobody(share: float, *, is_alone: bool) -> Suspect:
         "the pilot, or a vehicle unlike its model"
     )
     alone = ("none of these alarms concerns another part",) if is_alone else ()
-    return Suspect("no part at all", share, (asks, *alone))
+    return Suspect("no part at all", share, (asks, *alone), ())
 
 
 def _peak(analysis: Analysis, row: int, onset: float) -> float:
@@ -119,14 +129,45 @@ def _peak(analysis: Analysis, row: int, onset: float) -> float:
     return float(known.max()) if known.size else 0.0
 
 
-def _silent(component: str, analysis: Analysis, whom: Concerns, onset: float) -> tuple[int, int]:
-    """Return how many tests that hold a component stayed quiet after an onset, and were judged."""
-    alarms = analysis.alarms
-    t = alarms.residuals.t
-    soon = (t >= onset - 1.0) & (t <= onset + SOON)
-    rows = [row for row in range(len(alarms.state)) if component in whom.held_by(row)]
-    judged = [row for row in rows if (alarms.state[row, soon] != UNKNOWN).any()]
-    return sum(not alarms.alarm[row, soon].any() for row in judged), len(judged)
+def rest(finding: Finding, told: Sequence[Suspect], analysis: Analysis) -> Rest:
+    """Return why it was none of those who are neither accused, suspects nor ruled out.
+
+    Parameters
+    ----------
+    finding : Finding
+    told : sequence of Suspect
+        Of this finding.
+    analysis : Analysis
+    """
+    components = analysis.system.components
+    done = {one.name for one in told}
+    done |= {component_words(one.component, components) for one in analysis.ruled_out}
+    left = [(component_words(o.component, components), o) for o in finding.others]
+    alarmed = [(name, o.alarm, o.against) for name, o in left if o.alarm is not None]
+    alarmed = [one for one in alarmed if one[0] not in done]
+    quiet = [name for name, o in left if o.alarm is None and o.against and name not in done]
+    return Rest(
+        tuple(alarmed[:MOST_ALARMED]),
+        tuple(name for name, _, _ in alarmed[MOST_ALARMED:]),
+        tuple(quiet),
+    )
+
+
+def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
+    """Return what disturbs an accused program or quantity when it fails, and is not ruled out.
+
+    A controller does as well as the parts it works with: to accuse it asks what is behind it.
+    """
+    components = analysis.system.components
+    accused = components.get(finding.component)
+    if accused is None or not (accused.computed or accused.group == "autopilot"):
+        return ()
+    cleared = {one.component for one in analysis.ruled_out}
+    return tuple(
+        component_words(name, components)
+        for name in components
+        if name not in cleared and finding.component in affected(name, components)
+    )
 
 
 def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fdi.diagnosis import Ending
+from fdi.diagnosis import Ending, Other, RuledOut
 from fdi.diagnosis.concerns import concerns
+from fdi.model.parts import Component
 from fdi.report.html import html_report
 from fdi.report.page import channels
 from fdi.report.page.airframe import airframe_svg, states_of
@@ -19,7 +20,7 @@ from fdi.report.page.evidence import Court
 from fdi.report.page.marks import marks, modes
 from fdi.report.page.script import json_for_page
 from fdi.report.page.sides import Parts, residual_of
-from fdi.report.page.suspects import ending_words, suspects
+from fdi.report.page.suspects import behind, ending_words, rest, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
@@ -104,6 +105,48 @@ def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
     assert nobody.share == pytest.approx(0.01)
     assert suspect.share == 0.39
     assert suspect.asks
+
+
+def test_why_it_was_nobody_else_is_told_of_alarms_first_and_not_of_who_is_told_already(
+    analysis: Analysis,
+) -> None:
+    others = (
+        Other("barometer", 41.0, ("a",)),
+        Other("gyroscope", 43.0, ("b", "c")),
+        Other("compass", None, ("its only test was quiet",)),
+        Other("battery", None, ()),
+    )
+    finding = replace(
+        analysis.findings[0], confidence=0.6, rivals=(("barometer", 0.4),), others=others
+    )
+    told = suspects(finding, analysis, concerns(analysis.bank))
+    assert told[0].against == ("a",)
+    found = rest(finding, told, analysis)
+    assert found.alarmed == (("Gyroscope", 43.0, ("b", "c")),)
+    assert (found.more, found.quiet) == ((), ("Compass",))
+
+
+def test_a_suspect_that_nothing_speaks_against_is_told_so(analysis: Analysis) -> None:
+    finding = replace(analysis.findings[0], confidence=0.6, rivals=(("barometer", 0.39),))
+    suspect, _ = suspects(finding, analysis, concerns(analysis.bank))
+    assert suspect.against == ("nothing that the tests show speaks against it",)
+
+
+def test_what_may_be_behind_a_program_is_named_unless_it_is_ruled_out(analysis: Analysis) -> None:
+    parts = {
+        "attitude_control": Component("attitude_control", group="autopilot"),
+        "motor_1": Component("motor_1", affects=("attitude_control",)),
+        "gyroscope": Component("gyroscope", affects=("estimator",)),
+        "estimator": Component("estimator", affects=("attitude_control",)),
+        "compass": Component("compass"),
+    }
+    known = replace(analysis, system=replace(analysis.system, components=parts))
+    finding = replace(analysis.findings[0], component="attitude_control")
+    assert behind(finding, known) == ("Motor 1", "Gyroscope", "Estimator")
+    cleared = (RuledOut("gyroscope", "", (), ()),)
+    ruled = replace(known, diagnosis=replace(known.diagnosis, ruled_out=cleared))
+    assert behind(finding, ruled) == ("Motor 1", "Estimator")
+    assert behind(replace(finding, component="motor_1"), known) == ()
 
 
 def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analysis) -> None:
