@@ -21,7 +21,15 @@ from typing import Any
 import numpy as np
 
 from fdi.errors import FdiError
-from fdi.methods.heading import COMPONENTS, HeadingCheck, Recovery, cross_check, recover
+from fdi.methods.heading import (
+    COMPONENTS,
+    HeadingCheck,
+    Named,
+    Recovery,
+    cross_check,
+    recover,
+)
+from fdi.methods.heading.check import SILENCE
 from fdi.methods.heading.motion import Fixes
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
@@ -60,9 +68,9 @@ def verdicts(folder: Path) -> None:
     delays: list[float] = []
     for path, label in flights(folder):
         components = {fault["component"] for fault in label["faults"]}
-        if components and not components & set(FAILED):
-            continue
         kind = next(iter(components), "healthy")
+        if components and not components & set(FAILED):
+            kind = "another fault"
         found = checked(path)
         if found is None:
             rows[kind].append("refused")
@@ -70,33 +78,31 @@ def verdicts(folder: Path) -> None:
         check = found[1]
         until = label["evaluate_until"] or np.inf
         named = [one for one in check.named if one.start <= until]
-        if not components:
-            rows[kind].append("false" if named else "right")
-            continue
-        onset = label["faults"][0]["onset"]
-        rows[kind].append(outcome(check, named, components, onset))
-        if rows[kind][-1] == "right" and label["faults"][0]["kind"] == "step":
+        onset = label["faults"][0]["onset"] if components else 0.0
+        rows[kind].append(outcome(named, components, onset, is_asked=kind in FAILED))
+        if rows[kind][-1] == "right" and kind in FAILED and label["faults"][0]["kind"] == "step":
             delays.append((named[0].start - onset) / check.ride.cycle)
-    print(f"\n| {folder.name} | flights | right | no fix, told | nobody | wrong | refused |")
+    print(f"\n| {folder.name} | flights | right | right, by silence | nobody | wrong | refused |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    for kind, all_of in sorted(rows.items()):
-        counts = [all_of.count(x) for x in ("right", "absent", "nobody", "false", "refused")]
-        print(f"| {kind} | {len(all_of)} | " + " | ".join(map(str, counts)) + " |")
-    sick = [one for kind, all_of in rows.items() if kind != "healthy" for one in all_of]
-    told = sick.count("right") + sick.count("absent")
+    for kind in (*sorted(set(rows) & set(FAILED)), "another fault", "healthy"):
+        counts = [rows[kind].count(x) for x in ("right", "silent", "nobody", "wrong", "refused")]
+        print(f"| {kind} | {len(rows[kind])} | " + " | ".join(map(str, counts)) + " |")
+    sick = [one for kind in FAILED for one in rows[kind]]
+    right = sick.count("right") + sick.count("silent")
     quick = sum(delay <= 1.0 for delay in delays)
-    print(f"\nfaults: {sick.count('right')} named and {told} told of {len(sick)}; of "
+    print(f"\nfaults: {right} named of {len(sick)}, {sick.count('silent')} of these by silence; of "
           f"{len(delays)} steps named {quick} begin within a cycle, median "
           f"{np.median(delays) if delays else np.nan:.1f} cycles")  # fmt: skip
 
 
-def outcome(check: HeadingCheck, named: list, components: set[str], onset: float) -> str:
+def outcome(named: list[Named], components: set[str], onset: float, *, is_asked: bool) -> str:
+    """Return how right it is; of a flight that is not asked about, that nobody is named."""
     if not named:
-        lost = any(high - low > EARLY_S / 2 and low > onset - EARLY_S
-                   for low, high in check.ride.lost)  # fmt: skip
-        return "absent" if lost and "gps" in components else "nobody"
-    right = COMPONENTS[named[0].block] in components and named[0].start > onset - EARLY_S
-    return "right" if right else "false"
+        return "nobody" if is_asked else "right"
+    first = named[0]
+    if COMPONENTS[first.block] not in components or first.start < onset - EARLY_S:
+        return "wrong"
+    return "silent" if first.by == (SILENCE,) else "right"
 
 
 def with_values(log: Log, values: Values) -> Log:

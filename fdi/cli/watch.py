@@ -39,7 +39,8 @@ def watch(
 ) -> int:
     """Run the tests of a model while the vehicle flies, and record a .tlog.
 
-    CONNECTION is udp:HOST:PORT, tcp:HOST:PORT or a serial port. Ctrl-C stops it.
+    CONNECTION is udp:HOST:PORT to listen at, udpout:HOST:PORT to call, tcp:HOST:PORT, or a serial
+    port with its baud rate (/dev/ttyUSB0,57600). Ctrl-C stops it.
     """
     from fdi.analysis import analyze
     from fdi.decision import load_policy

@@ -45,7 +45,8 @@ def heading_document(log: Log, check: HeadingCheck, recovery: Recovery | None) -
             }
             for one in check.named
         ],
-        "without_fix_s": [[number(low), number(high)] for low, high in ride.lost],
+        "without_fix_s": [[number(t) for t in span] for span in ride.lost["satellite"]],
+        "without_compass_s": [[number(t) for t in span] for span in ride.lost["magnetometer"]],
         "verdicts": {name or "not known": counts[name] for name in sorted(counts)},
         "open_to": sorted(set().union(*check.possible)),
         "sources": [_source(one) for one in check.sources.values()],

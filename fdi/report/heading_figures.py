@@ -77,7 +77,7 @@ def _bands(ax: Any, check: HeadingCheck) -> None:
                 fontsize=FONT - 0.5,
                 va="top",
             )
-    for low, high in check.ride.lost:
+    for low, high in (span for spans in check.ride.lost.values() for span in spans):
         ax.axvspan(low, high, color=FAINT, alpha=SHADE, linewidth=0)
 
 

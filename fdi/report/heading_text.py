@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 MOST: Final = 12
+_SILENT: Final = {
+    "satellite": "The receiver has no fix, or tells none,",
+    "magnetometer": "The compass tells nothing",
+}
 
 
 def heading_summary(
@@ -54,8 +58,9 @@ def _verdict(check: HeadingCheck) -> Iterator[RenderableType]:
             f"{', '.join(accused.by)}",
             "bold red",
         )
-    for low, high in check.ride.lost[:MOST]:
-        yield text(f"The receiver has no fix from {at(low)} to {at(high)} s: absent, not faulty.")
+    for block, spans in check.ride.lost.items():
+        for low, high in spans[:MOST]:
+            yield text(f"{_SILENT[block]} from {at(low)} to {at(high)} s.")
     if check.named:
         yield heading("Named, cycle by cycle")
         made = table("from s", "to s", "block", "by", "")

@@ -6,7 +6,7 @@ is wrong by a cross-check of headings, and what it would have said. `Log` -> `He
 - ``check.py``: the value of the whole, `cross_check`
 - ``motion.py``: what the log recorded of one flight
 - ``sources.py``: all headings, each with its deviation
-- ``increments.py``: changes over some seconds, one source against another
+- ``increments.py``: changes over some seconds, one source against another; ``vertical.py``: heights
 - ``trees.py``: the decision trees
 - ``recovery.py``: what a failed block would have said; ``reckoning.py``: positions without fixes
 - ``replaced.py``: a log with a recovered block in place of the one that failed

@@ -1,15 +1,18 @@
 """Which block is the odd one out, cycle by cycle? The value of the cross-check.
 
-In: a log. Out: `HeadingCheck`. Each cycle of the slowest source has one verdict, from four
+In: a log. Out: `HeadingCheck`. Each cycle of the slowest source has one verdict, from these
 witnesses, each a table of which pairs disagree:
 
 - increments of heading (compass, gyroscope, estimator) and of attitude (accelerometer, gyroscope,
-  compass): who disagrees with both others while these agree
+  compass), over windows of three lengths: who disagrees with both others while these agree
+- heights of receiver, barometer and specific force: whether the receiver is the odd one out
 - the receiver's positions against its own velocity: nobody else is in it
 - the two trees of absolute headings
+- silence: a receiver that had a fix and has none, a compass that told something and tells nothing
 
 A block is named where all that name one agree. The estimator is made of the others: that it is the
-odd one out is told, and accuses no block.
+odd one out is told, and accuses no block. A source that is absent from the beginning, or where it
+cannot be told (a course at walking speed), is not silent.
 """
 
 from __future__ import annotations
@@ -21,16 +24,18 @@ from typing import Final
 import numpy as np
 
 from fdi.errors import LogError
+from fdi.methods.heading.forces import force_pair
 from fdi.methods.heading.geodesy import wrap
 from fdi.methods.heading.increments import (
     GATE,
     WINDOW_S,
     Pair,
     heading_pairs,
+    jump_pair,
     receiver_pairs,
     sensor_pairs,
 )
-from fdi.methods.heading.motion import Ride, ride_of
+from fdi.methods.heading.motion import GAP_S, Bools, Ride, ride_of
 from fdi.methods.heading.sources import Source, sources_of
 from fdi.methods.heading.trees import (
     NAMELESS,
@@ -44,6 +49,7 @@ from fdi.methods.heading.trees import (
     possible,
     tree_b,
 )
+from fdi.methods.heading.vertical import height_pairs
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
@@ -60,9 +66,15 @@ ESTIMATOR: Final = "estimator"
 PERSISTS: Final = 2
 """Cycles within a window that name a block: one odd record makes no fault."""
 CONFIRMS: Final = 2.0
-"""Deviations by which the field must have turned otherwise: what 95 % of healthy ones have not."""
+"""Deviations by which other pairs must be off that a block is in: what 95 % of healthy ones are
+not."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
+_HEIGHT: Final = odd_one_out("satellite", "barometer", "accelerometer")
+LENGTHS_S: Final = (WINDOW_S, 10.0)
+"""Of windows: a bias adds up with the time, what records miss with its root (choice)."""
+RECEIVER: Final = "the receiver against itself"
+SILENCE: Final = "silence"
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
 
 Verdicts = frozenset[str]
@@ -141,7 +153,10 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
     UsageError
         There is no such flight.
     """
-    ride = ride_of(log, flight)
+    return _checked(log, ride_of(log, flight))
+
+
+def _checked(log: Log, ride: Ride) -> HeadingCheck:
     if ride.field is None:
         raise LogError(
             "no compass: there is no heading to check against others",
@@ -150,19 +165,32 @@ def cross_check(log: Log, flight: int | None = None) -> HeadingCheck:
         )
     sources = sources_of(log, ride)
     grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
-    turned, received = heading_pairs(ride, grid), receiver_pairs(ride, grid)
-    leant = _without_receiver(sensor_pairs(ride, grid), received)
-    witnesses = {
-        "increments of heading": _confirmed(_by_pairs(turned, _HEADING), leant[2]),
-        "increments of attitude": _by_pairs(leant, _ATTITUDE),
-        "the receiver against itself": _by_receiver(received, grid.size),
-    }
-    suspect = [found == {"satellite"} for found in witnesses["the receiver against itself"]]
+    received, climbed = receiver_pairs(ride, grid), height_pairs(ride, grid)
+    force, jumped = force_pair(ride, grid), jump_pair(ride, grid).disagrees == 1.0
+    by_force = np.ones(grid.size, np.bool_) if force is None else _off(force)
+    pairs: list[Pair] = []
+    witnesses = {}
+    for length in LENGTHS_S:
+        turned = heading_pairs(ride, grid, length)
+        leant = _without_receiver(sensor_pairs(ride, grid, length), received)
+        by_field = _off(leant[2]) & (_off(leant[1]) | _lately(jumped, grid, length))
+        witnesses[f"increments of heading over {length:g} s"] = _confirmed(
+            _by_pairs(turned, _HEADING), "magnetometer", by_field
+        )
+        witnesses[f"increments of attitude over {length:g} s"] = _confirmed(
+            _by_pairs(leant, _ATTITUDE), "accelerometer", by_force
+        )
+        pairs += [replace(one, name=f"{one.name} {length:g} s") for one in (*turned, *leant)]
+    witnesses[RECEIVER] = _by_receiver(received, grid.size)
+    witnesses["heights"] = _by_heights(climbed, grid.size)
+    witnesses[SILENCE] = _by_silence(ride, grid)
+    suspect = [found == {"satellite"} for found in witnesses[RECEIVER]]
     witnesses["headings"] = _by_trees(ride, sources, grid, suspect)
     verdicts, open_to, by = _together(witnesses, grid.size)
-    pairs = (*turned, *leant, *received)
     named = tuple(_stretches(grid, verdicts, by))
-    return HeadingCheck(ride, sources, grid, verdicts, open_to, pairs, named)
+    return HeadingCheck(
+        ride, sources, grid, verdicts, open_to, (*pairs, *received, *climbed), named
+    )
 
 
 def _without_receiver(pairs: Sequence[Pair], received: Sequence[Pair]) -> tuple[Pair, ...]:
@@ -191,17 +219,38 @@ def _known(row: Floats) -> tuple[State, State, State]:
     return first, second, third
 
 
-def _confirmed(found: list[Verdicts], field: Pair) -> list[Verdicts]:
-    """Return verdicts that accuse a compass only where the field itself turned otherwise.
+def _lately(holds: Bools, grid: Floats, length: float) -> Bools:
+    """Return where something held in the window before, s, or at its end."""
+    count = np.insert(np.cumsum(holds), 0, 0)
+    first = np.searchsorted(grid, grid - length, side="right")
+    return np.asarray(count[1:] > count[first])
 
-    A heading depends on the tilt that levels it, and the field against gyroscopes does not.
+
+def _off(pair: Pair) -> Bools:
+    """Return where a pair is off by what most healthy ones are not; not where it is unknown."""
+    return np.asarray(np.abs(pair.off) > CONFIRMS * pair.sigma)
+
+
+def _confirmed(found: list[Verdicts], block: str, also: Bools) -> list[Verdicts]:
+    """Return verdicts that accuse a block only where others of its pairs are off as well.
+
+    A heading depends on the tilt that levels it, and an estimator follows a wrong gyroscope: that
+    it is the compass shows the field, against gyroscopes and against gravity. Instead of gravity it
+    may have jumped: no gyroscope is off so much at once. The tilt by an accelerometer depends on
+    accelerations, which specific force against the receiver's velocity has in full.
     """
-    is_off = np.abs(field.off) > CONFIRMS * field.sigma
     wait = frozenset({UNDECIDED})
     return [
-        wait if one == {"magnetometer"} and not off else one
-        for one, off in zip(found, is_off, strict=True)
+        wait if one == {block} and not off else one for one, off in zip(found, also, strict=True)
     ]
+
+
+def _by_heights(pairs: Sequence[Pair], size: int) -> list[Verdicts]:
+    """Return where the receiver's height is the odd one out; others have better witnesses."""
+    if not pairs:
+        return [frozenset()] * size
+    wait = frozenset({UNDECIDED})
+    return [one if one <= {"satellite", NONE} else wait for one in _by_pairs(pairs, _HEIGHT)]
 
 
 def _by_receiver(pairs: Sequence[Pair], size: int) -> list[Verdicts]:
@@ -210,6 +259,17 @@ def _by_receiver(pairs: Sequence[Pair], size: int) -> list[Verdicts]:
         found = np.fmax(found, pair.disagrees)
     names = {0.0: frozenset({NONE}), 1.0: frozenset({"satellite"})}
     return [names.get(float(x), frozenset()) for x in found]
+
+
+def _by_silence(ride: Ride, grid: Floats) -> list[Verdicts]:
+    """Return which blocks told something before and have told nothing for a while."""
+    found: list[set[str]] = [set() for _ in grid]
+    for block, spans in ride.lost.items():
+        for low, high in spans:
+            if high - low > GAP_S:  # a single record without a fix is none
+                for i in np.flatnonzero((grid >= low) & (grid <= high)):
+                    found[i].add(block)
+    return [frozenset(one) for one in found]
 
 
 def _by_trees(

@@ -23,6 +23,7 @@ from fdi.methods.heading.increments import (
     WINDOW_S,
     Pair,
     around,
+    bent,
     change,
     integral,
     pair_of,
@@ -53,9 +54,7 @@ def force_pair(ride: Ride, grid: Floats, *, any_heading: bool = False) -> Pair |
     Notes
     -----
     The deviation adds, as variances, bias and tilt over the window, the receiver's velocity at both
-    ends and its latency, and what lies between records. Of three records in a row the middle one
-    is off the line of its neighbours: were they independent, that would be sixfold their variance,
-    each of which stands for a period; a motion that records resolve lies on the line.
+    ends and its latency, and what lies between records (`bent`).
     """
     if ride.fixes is None or ride.angles is None:
         return None
@@ -71,7 +70,7 @@ def force_pair(ride: Ride, grid: Floats, *, any_heading: bool = False) -> Pair |
     lost = change(t, np.cumsum(~known), grid, before) > 0
     gap = gap_between(t, before, grid) | gap_between(fixes.t, before, grid)
     apart[lost | gap] = np.nan
-    missed = change(t, np.sum([_missed(t, own) for own in felt], axis=0), grid, before)
+    missed = change(t, np.sum([bent(t, own) for own in felt], axis=0), grid, before)
     late = FIX_LATE_S * np.hypot(*felt)
     sigma = np.sqrt(
         ((LEANS * G) ** 2 + BIAS**2) * WINDOW_S**2
@@ -97,13 +96,6 @@ def beyond_turns(forces: Pair, turned: Pair) -> Pair:
     made = G * WINDOW_S * np.nan_to_num(np.abs(turned.off))
     left = np.maximum(forces.off - made, 0.0)
     return Pair(forces.name, forces.kind, left, forces.sigma)
-
-
-def _missed(t: Floats, rate: Floats) -> Floats:
-    """Return the running variance of what records of a rate may have missed."""
-    bent = np.zeros(t.size)
-    bent[1:-1] = (rate[2:] - 2 * rate[1:-1] + rate[:-2]) * (t[2:] - t[:-2]) / 2
-    return np.asarray(np.cumsum(bent**2 / 6))
 
 
 def _bent(ride: Ride) -> Floats:

@@ -41,8 +41,8 @@ from fdi.methods.setup.rotations import to_earth
 from fdi.telemetry.message import Floats
 
 WINDOW_S: Final = 5.0
-LONG_S: Final = 30.0
-"""For positions: slow drifts."""
+RECEIVER_S: Final = (WINDOW_S, 30.0, 120.0)
+"""For positions: steps, drifts and slow drifts."""
 GATE: Final = 5.0
 """Deviations that count as a disagreement: by Gaussian noise one in 1.7 million (choice)."""
 LEFT: Final = 0.3
@@ -60,6 +60,8 @@ DEVIATION: Final = np.radians(1.4)
 """What a good calibration leaves on other headings, one sigma (as in the models)."""
 WANDERS: Final = 0.2
 """m per root second: a receiver's position by its atmosphere and reflections (choice)."""
+DOPPLER_BIAS: Final = 0.02
+"""m/s, of a receiver's velocity over minutes (choice: data sheets tell 0.05 of one fix)."""
 STATED: Final[Mapping[str, float]] = MappingProxyType(
     {"compass": np.radians(1.5), "gyroscope": np.radians(0.5), "estimator": np.radians(0.5),
      "accelerometer": np.radians(1.5), "doppler": 0.1}
@@ -95,9 +97,9 @@ class Pair:
         return np.where(np.isfinite(self.off) & np.isfinite(self.sigma), apart, np.nan)
 
 
-def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
-    """Return compass-gyroscope, compass-estimator, gyroscope-estimator over `WINDOW_S`."""
-    before = grid - WINDOW_S
+def heading_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[Pair, Pair, Pair]:
+    """Return compass-gyroscope, compass-estimator, gyroscope-estimator over a window, s."""
+    before = grid - length
     angles = ride.angles
     if angles is None:
         angles = np.array([*_accelerometer_tilt(ride), np.full(ride.t.size, np.nan)])
@@ -109,10 +111,9 @@ def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     for own in (gyro, compass):
         own[gap] = np.nan
     estimator = change(ride.t, angles[2], grid, before)
-    stated = STATED
-    by_gyro = np.hypot(between, stated["gyroscope"])
-    by_compass = np.sqrt(doubt**2 + stated["compass"] ** 2)
-    by_estimator = np.hypot(stated["estimator"], _sampled_late(ride, turned[2], grid, before))
+    by_gyro = np.hypot(between, drifted(length))
+    by_compass = np.sqrt(doubt**2 + STATED["compass"] ** 2)
+    by_estimator = np.hypot(STATED["estimator"], _sampled_late(ride, turned[2], grid, before))
     return (
         pair_of(
             ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)
@@ -128,23 +129,33 @@ def heading_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
     )  # fmt: skip
 
 
-def sensor_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair, Pair]:
-    """Return accelerometer-gyroscope, accelerometer-compass, gyroscope-compass.
+def drifted(length: float) -> float:
+    """Return the deviation, rad, of a healthy gyroscope's increment over a window, s."""
+    return STATED["gyroscope"] * length / WINDOW_S
+
+
+def sensor_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[Pair, Pair, Pair]:
+    """Return accelerometer-gyroscope, accelerometer-compass, gyroscope-compass over a window, s.
 
     No estimator is in them, and no heading: gravity and the Earth's field are two vectors that the
     gyroscopes turn, and the angle between them belongs to the place. An estimator that follows
     a wrong gyroscope agrees with it, and makes the accelerometer look wrong.
     """
-    before = grid - WINDOW_S
     return (
-        _gravity_turned(ride, grid, before),
-        _gravity_against_field(ride, grid, before),
-        _field_turned(ride, grid, before),
+        _gravity_turned(ride, grid, length),
+        _gravity_against_field(ride, grid, length),
+        _field_turned(ride, grid, length),
     )
 
 
-def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+def jump_pair(ride: Ride, grid: Floats) -> Pair:
+    """Return by what angle the field misses where gyroscopes turned it, from record to record."""
+    return _field_turned(ride, grid, max(BRIEF_S, ride.period))
+
+
+def _gravity_turned(ride: Ride, grid: Floats, length: float) -> Pair:
     """Return how far roll or pitch, whichever is further, is from what gyroscopes turned."""
+    before = grid - length
     leant = [np.where(_is_steady(ride), own, np.nan) for own in accelerometer_tilt(ride.force)]
     angles = np.zeros((3, ride.t.size)) if ride.angles is None else ride.angles
     turned = angle_rates(angles[0], angles[1], ride.rates)
@@ -159,13 +170,14 @@ def _gravity_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
         drifts = _trailing(ride, angles[axis] - integral(ride.t, turned[axis]))
         off = change(ride.t, apart + drifts, grid, before)
         off[gap] = np.nan
-        sigma = np.sqrt(doubt**2 + between**2 + STATED["gyroscope"] ** 2)
+        sigma = np.sqrt(doubt**2 + between**2 + drifted(length) ** 2)
         found.append(pair_of(ride, grid, "accelerometer-gyroscope", off, sigma, "attitude"))
     return _further(found[0], found[1])
 
 
-def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
+def _gravity_against_field(ride: Ride, grid: Floats, length: float) -> Pair:
     """Return how the angle from specific force to field changed, beyond what accelerations do."""
+    before = grid - length
     north, east, left = _accelerations(ride)
     flat = np.cos(ride.dip)
     down = np.array([np.zeros(ride.t.size), np.zeros(ride.t.size), np.full(ride.t.size, -G)])
@@ -189,9 +201,9 @@ def _gravity_against_field(ride: Ride, grid: Floats, before: Floats) -> Pair:
     return pair_of(ride, grid, "accelerometer-compass", off, sigma, "attitude")
 
 
-def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
+def _field_turned(ride: Ride, grid: Floats, length: float) -> Pair:
     """Return by what angle the field misses where gyroscopes turned it."""
-    name, kind = "gyroscope-compass", "attitude"
+    name, kind, before = "gyroscope-compass", "attitude", grid - length
     if ride.field is None:
         unknown = np.full(grid.size, np.nan)
         return Pair(name, kind, unknown, unknown)
@@ -211,7 +223,7 @@ def _field_turned(ride: Ride, grid: Floats, before: Floats) -> Pair:
     apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
     sigma = np.sqrt(
         STATED["compass"] ** 2
-        + 3 * STATED["gyroscope"] ** 2
+        + 3 * drifted(length) ** 2
         + between
         + _both(ride, late, grid, before) ** 2
         + (2 * DEVIATION * np.sin(apart / 2)) ** 2
@@ -230,10 +242,10 @@ def _both(ride: Ride, values: Floats, grid: Floats, before: Floats) -> Floats:
 
 
 def receiver_pairs(ride: Ride, grid: Floats) -> tuple[Pair, ...]:
-    """Return the receiver's positions against its own velocity, over two windows."""
+    """Return the receiver's positions against its own velocity, over three windows."""
     if ride.fixes is None:
         return ()
-    return tuple(_receiver(ride, ride.fixes, grid, length) for length in (WINDOW_S, LONG_S))
+    return tuple(_receiver(ride, ride.fixes, grid, length) for length in RECEIVER_S)
 
 
 def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
@@ -245,14 +257,30 @@ def _receiver(ride: Ride, fixes: Fixes, grid: Floats, length: float) -> Pair:
     for axis, speed in enumerate((fixes.north, fixes.east)):
         steps = np.diff(fixes.at)
         way = np.insert(np.cumsum((speed[1:] + speed[:-1]) / 2 * steps), 0, 0.0)
-        rough = np.insert(np.cumsum((np.diff(speed) * steps) ** 2 / 2), 0, 0.0)
+        rough = bent(fixes.at, speed)
         off[axis] = place[axis][last] - place[axis][first] - (way[last] - way[first])
         late = FIX_LATE_S * (speed[last] - speed[first])
         spread += rough[last] - rough[first] + late**2
     apart = np.hypot(*off)
     apart[(last <= first) | gap_between(fixes.t, before, grid)] = np.nan
-    own = np.sqrt(WANDERS**2 * length + (STATED["doppler"] ** 2) * length + spread)
+    own = np.sqrt(
+        WANDERS**2 * length
+        + STATED["doppler"] ** 2 * length
+        + (DOPPLER_BIAS * length) ** 2
+        + spread
+    )
     return pair_of(ride, grid, f"fixes-doppler {length:g} s", apart, own, "position")
+
+
+def bent(t: Floats, rate: Floats) -> Floats:
+    """Return the running variance of what the integral of a rate missed between records.
+
+    Of three in a row the middle one is off the line of its neighbours. Were they independent, that
+    would be sixfold their variance; a motion that records resolve lies on the line.
+    """
+    off = np.zeros(t.size)
+    off[1:-1] = (rate[2:] - 2 * rate[1:-1] + rate[:-2]) * (t[2:] - t[:-2]) / 2
+    return np.asarray(np.cumsum(off**2 / 6))
 
 
 def pair_of(

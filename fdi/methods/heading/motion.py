@@ -24,17 +24,24 @@ from fdi.telemetry.message import Floats
 from fdi.windows import runs_of
 
 Bools = NDArray[np.bool_]
+Spans = tuple[tuple[float, float], ...]
+"""From when to when, s."""
 
 GAP: Final = 3.0
 GAP_S: Final = 1.0
 """Periods and seconds without a record, beyond both of which nothing is carried over: as where
 signals are sampled."""
+SILENT: Final = 10.0
+SILENT_S: Final = 5.0
+"""Periods and seconds without a record, beyond both of which a source has fallen silent: a link
+that loses a third of its frames loses ten in a row once in 60,000 (choice)."""
 REFERENCE_S: Final = 20.0
 """The beginning of a flight, settled, by which its own noise is told: as the estimator's levels."""
 FIX_LATE_S: Final = 0.1
 """By which a receiver's position and velocity may be of different moments."""
 FIX_3D: Final = 3
 SATELLITES: Final = 4
+SCALE_HEIGHT: Final = 8434.0  # m, of the standard atmosphere at 288 K
 SLOWEST_S: Final = 0.75
 """Records further apart than this cannot be integrated: a vehicle turns there and back between."""
 _DIP: Final = np.radians(65.0)  # where the log tells no place: that of the middle latitudes
@@ -93,8 +100,11 @@ class Ride:
         Of the Earth's field, rad.
     absent : Mapping[str, str]
         Why a block has no records, by its name.
-    lost : tuple of (float, float)
-        s, when a receiver that had a fix had none.
+    lost : Mapping[str, tuple of (float, float)]
+        s, by block: when in the air one that had told something told nothing, and inertial records
+        went on. A receiver tells by itself that it has no fix; else silence has to last.
+    climbed : (n,) float
+        m, height by the barometer above that of the first record; NaN where it is not known.
     """
 
     t: Floats
@@ -112,7 +122,8 @@ class Ride:
     dip: float
     has_wings: bool
     absent: dict[str, str]
-    lost: tuple[tuple[float, float], ...]
+    lost: dict[str, Spans]
+    climbed: Floats
 
     @property
     def period(self) -> float:
@@ -150,11 +161,11 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         )
     absent: dict[str, str] = {}
     t = inertial.t
-    field = _field(log, t, absent)
+    field, silent = _field(log, t, absent)
     known = attitude(log)
     if known is None:
         absent["estimator"] = "the log holds no attitude"
-    fixes, lost = _fixes(log, air, absent)
+    fixes, without = _fixes(log, t, air, absent)
     periods = [inertial.period]
     periods += [known.period] if known is not None else []
     periods += [fixes.period] if fixes is not None else []
@@ -175,7 +186,8 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         _DIP if dip is None else dip,
         log.vehicle in ("plane", "vtol") and not log.frame,
         absent,
-        lost,
+        {"satellite": without, "magnetometer": silent},
+        _climbed(log, t),
     )
 
 
@@ -204,19 +216,51 @@ def _unwrapped(known: Series, t: Floats) -> Floats:
     return found
 
 
-def _field(log: Log, t: Floats, absent: dict[str, str]) -> Floats | None:
+def _field(log: Log, t: Floats, absent: dict[str, str]) -> tuple[Floats | None, Spans]:
+    """Return what compasses read, and when one that had told something fell silent."""
     found = series(log, "RAW_IMU", _FIELD)
     if found is None or not np.any(np.ptp(found.values, axis=1)):
         absent["magnetometer"] = "the log holds no readings of a compass"
-        return None
+        return None, ()
     field = np.array([np.interp(t, found.t, row) for row in found.values])
     field[:, gap_between(found.t, t, t)] = np.nan
-    return field
+    return field, silences(t, found.t[(found.t >= t[0]) & (found.t <= t[-1])])
+
+
+def silences(t: Floats, records: Floats) -> Spans:
+    """Return when after a record none came for long, though what came at ``t`` went on, s."""
+    if records.size < 2:
+        return ()
+    last = np.append(records[1:], t[-1])
+    limit = max(SILENT_S, SILENT * float(np.median(np.diff(records))))
+    return tuple(
+        (float(low), float(high))
+        for low, high in zip(records, last, strict=True)
+        if high - low > limit and not _stops(t, low, high)
+    )
+
+
+def _stops(t: Floats, low: float, high: float) -> bool:
+    """Return whether what came at ``t`` stops as well between two moments."""
+    inside = t[(t > low) & (t < high)]
+    widest = np.diff(np.concatenate([[low], inside, [high]])).max()
+    return bool(widest > max(GAP_S, GAP * float(np.median(np.diff(t)))))
+
+
+def _climbed(log: Log, t: Floats) -> Floats:
+    """Return the height by the barometer; in the standard atmosphere a layer is 8434 m thick."""
+    found = series(log, "SCALED_PRESSURE", ("press_abs",))
+    if found is None or not np.all(found.values > 0):
+        return np.full(t.size, np.nan)
+    height = -SCALE_HEIGHT * np.log(found.values[0] / found.values[0, 0])
+    climbed = np.interp(t, found.t, height)
+    climbed[gap_between(found.t, t, t)] = np.nan
+    return np.asarray(climbed)
 
 
 def _fixes(
-    log: Log, air: tuple[float, float], absent: dict[str, str]
-) -> tuple[Fixes | None, tuple[tuple[float, float], ...]]:
+    log: Log, inertial: Floats, air: tuple[float, float], absent: dict[str, str]
+) -> tuple[Fixes | None, Spans]:
     """Return the fixes that count, and when in the air there were none after there had been."""
     fields = ("lat", "lon", "vel", "cog", "alt")
     message = log.messages.get("GPS_RAW_INT")
@@ -229,7 +273,9 @@ def _fixes(
     if "satellites_visible" in message:
         good &= ~(message.si("satellites_visible") < SATELLITES)
     inside = (t >= air[0]) & (t <= air[1])
-    lost = _spans(t[inside], ~good[inside]) if good[inside].any() else ()
+    had = np.cumsum(good[inside]) > 0
+    lost = _spans(t[inside], had & ~good[inside])
+    lost = tuple(sorted((*lost, *silences(inertial, t[inside]))))
     good &= inside & np.isfinite(speed) & np.isfinite(course)
     at = message.si("time_usec") if "time_usec" in message else t
     if not np.all(np.diff(at[good]) >= 0):
@@ -243,7 +289,7 @@ def _fixes(
     return Fixes(t[rows], at[rows], lat[rows], lon[rows], north, east, height[rows]), lost
 
 
-def _spans(t: Floats, holds: Bools) -> tuple[tuple[float, float], ...]:
+def _spans(t: Floats, holds: Bools) -> Spans:
     return tuple((float(t[a]), float(t[b - 1])) for a, b in runs_of(holds))
 
 

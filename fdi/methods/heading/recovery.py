@@ -28,7 +28,6 @@ from fdi.methods.heading.motion import Fixes, Ride
 from fdi.methods.heading.reckoning import tracks
 from fdi.methods.heading.sources import BIAS
 from fdi.methods.heading.tilt import G, accelerometer_tilt, angle_rates, complementary
-from fdi.methods.setup.records import series
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
@@ -108,7 +107,7 @@ def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None 
 
 def _failed(check: HeadingCheck) -> tuple[str, float]:
     """Return the block that failed first, and when it was good for the last time, s."""
-    lost = [("satellite", low) for low, _ in check.ride.lost[:1]]
+    lost = [(block, low) for block, spans in check.ride.lost.items() for low, _ in spans[:1]]
     first = check.accused
     named = [(first.block, max(first.start - WINDOW_S, check.ride.t[1]))] if first else []
     found = min([*lost, *named], key=lambda one: one[1], default=None)
@@ -144,7 +143,7 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
     # the last fix is older than the start by part of a period
     age = start - fixes.t[-1]
     north, east = north + age * fixes.north[-1], east + age * fixes.east[-1]
-    up = _climb(log, ride, start)[rows]
+    up = _climb(ride, start)[rows]
     place = geodetic(geocentric(north, east, up, origin))
     columns = {
         "lat_deg": np.degrees(place.lat),
@@ -167,14 +166,13 @@ def _until(fixes: Fixes, start: float) -> Fixes | None:
     return replace(fixes, **{name: getattr(fixes, name)[good] for name in names})
 
 
-def _climb(log: Log, ride: Ride, start: float) -> Floats:
+def _climb(ride: Ride, start: float) -> Floats:
     """Return the height gained since a moment, m, by the barometer; 0 where nobody tells it."""
-    found = series(log, "SCALED_PRESSURE", ("press_abs",))
-    if found is None:
+    known = np.isfinite(ride.climbed)
+    if not known.any():
         return np.zeros(ride.t.size)
-    # 8434 m: scale height of the standard atmosphere at 288 K
-    height = -8434.0 * np.log(found.values[0])
-    return np.asarray(np.interp(ride.t, found.t, height) - np.interp(start, found.t, height))
+    gained = np.interp(ride.t, ride.t[known], ride.climbed[known])
+    return np.asarray(gained - np.interp(start, ride.t, gained))
 
 
 def _heading(log: Log, check: HeadingCheck, start: float) -> Recovery:

@@ -7,6 +7,8 @@ what was recovered, each sample with its deviation. What that message shows stan
 the sensor that failed.
 
 The height of a recovered position is the barometer's and is not taken: it would be its own witness.
+What a receiver says of itself (fix, satellites, accuracies) is no measurement that is replaced: it
+stays, or what followed from a lost fix would have no cause left but another sensor.
 """
 
 from __future__ import annotations
@@ -43,7 +45,7 @@ class Block:
     message : str
         Of the log, that holds what failed.
     fields : tuple of str
-        That become unknown; empty: all.
+        What it measures: they become unknown.
     columns : Mapping[str, str]
         Of the file, and what they are called as fields of the new message.
     """
@@ -57,7 +59,7 @@ BLOCKS: Final[Mapping[str, Block]] = MappingProxyType(
     {
         "recovered_satellite": Block(
             "GPS_RAW_INT",
-            (),
+            ("lat", "lon", "alt", "alt_ellipsoid", "vel", "cog", "yaw"),
             {"lat_deg": "lat", "lon_deg": "lon", "sigma_m": "sigma"},
         ),
         "recovered_magnetometer": Block(
@@ -154,7 +156,6 @@ def _unknown(message: Message, block: Block, start: float) -> Message:
     """Return a message whose fields are unknown from a time on, s."""
     t = np.interp(np.arange(message.stamp.size), message.kept, message.t)
     gone = t >= start
-    fields = block.fields or message.fields
 
     def absent(column: Column) -> Column:
         before = column.absent
@@ -166,7 +167,7 @@ def _unknown(message: Message, block: Block, start: float) -> Message:
         return column._replace(absent=both)
 
     changed = {
-        name: absent(column) if name in fields else column
+        name: absent(column) if name in block.fields else column
         for name, column in message.columns.items()
     }
     return replace(message, columns=changed, _cache={})

@@ -7,7 +7,9 @@ import pytest
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.heading import cross_check
+from fdi.methods.heading.check import _confirmed, _lately
 from fdi.methods.heading.increments import GATE
+from fdi.methods.heading.motion import silences
 from fdi.telemetry import Log
 
 from ..setup.sensors import Ride
@@ -69,6 +71,18 @@ def test_a_gyroscope_that_drifts_is_named(healthy: Log, axis: str) -> None:
     assert FAILS <= found[1] <= FAILS + 6.0
 
 
+def test_a_compass_is_accused_only_where_the_field_says_so_too() -> None:
+    compass, gyro = frozenset({"magnetometer"}), frozenset({"angular_rate"})
+    found = _confirmed([compass, compass, gyro], "magnetometer", np.array([True, False, False]))
+    assert found == [compass, {"undecided"}, gyro]
+
+
+def test_a_jump_counts_for_the_window_that_it_is_in() -> None:
+    grid = np.arange(0.0, 12.0, 0.5)
+    lately = _lately(grid == 3.0, grid, 5.0)
+    assert grid[lately] == pytest.approx(np.arange(3.0, 8.0, 0.5))
+
+
 def test_a_receiver_that_jumps_is_named(healthy: Log) -> None:
     found = first(altered(healthy, "GPS_RAW_INT", lat=later(30 * METRE)))
     assert found is not None
@@ -85,11 +99,41 @@ def test_a_receiver_that_drifts_is_named(healthy: Log) -> None:
     assert found[0] == "satellite"
 
 
-def test_a_receiver_without_a_fix_is_absent_and_not_named(healthy: Log) -> None:
+def test_a_receiver_that_loses_its_fix_is_named_by_silence(healthy: Log) -> None:
     lost = altered(healthy, "GPS_RAW_INT", fix_type=lambda t, own: np.where(t >= FAILS, 0.0, own))
     check = cross_check(lost)
-    assert check.accused is None
-    assert check.ride.lost[0][0] == pytest.approx(FAILS, abs=0.2)
+    assert check.accused is not None
+    assert (check.accused.block, check.accused.by) == ("satellite", ("silence",))
+    assert check.ride.lost["satellite"][0][0] == pytest.approx(FAILS, abs=0.2)
+
+
+@pytest.mark.parametrize("length", [None, 0.8])
+def test_what_never_told_and_what_paused_is_not_silent(healthy: Log, length: float | None) -> None:
+    def fix(t, own):
+        if length is None:
+            return np.zeros(t.size)
+        return np.where((t >= FAILS) & (t < FAILS + length), 0.0, own)
+
+    assert cross_check(altered(healthy, "GPS_RAW_INT", fix_type=fix)).accused is None
+
+
+def test_a_compass_that_falls_silent_is_named(healthy: Log) -> None:
+    def gone(t, own):
+        return np.where(t >= FAILS, np.nan, own)
+
+    check = cross_check(altered(healthy, "RAW_IMU", xmag=gone, ymag=gone, zmag=gone))
+    assert check.accused is not None
+    assert (check.accused.block, check.accused.by) == ("magnetometer", ("silence",))
+
+
+def test_a_link_that_stops_makes_no_sensor_silent() -> None:
+    t = np.arange(0.0, 60.0, 0.1)
+    slow = t[::5]
+    stops = (t > 20) & (t < 40)
+    assert silences(t[~stops], slow[~stops[::5]]) == ()
+    (span,) = silences(t, slow[~stops[::5]])
+    assert span == pytest.approx((20.0, 40.0), abs=0.5)
+    assert silences(t, slow[slow < 40]) == ((pytest.approx(39.5), pytest.approx(t[-1])),)
 
 
 def test_one_odd_record_names_nobody(healthy: Log) -> None:

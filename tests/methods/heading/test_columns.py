@@ -73,7 +73,23 @@ def test_a_wrong_force_is_off_by_itself_times_the_window_in_its_predicted_deviat
     still = np.zeros((3, t.size))
     fixes = _fixes(t)
     ride = Ride(
-        t, still, force, None, still, fixes, None, (0.0, 40.0), 0, 0.2, 0.0, 0.0, 1.1, False, {}, ()
+        t,
+        still,
+        force,
+        None,
+        still,
+        fixes,
+        None,
+        (0.0, 40.0),
+        0,
+        0.2,
+        0.0,
+        0.0,
+        1.1,
+        False,
+        {},
+        {},
+        0 * t,
     )
     pair = force_pair(ride, np.array([28.0, 35.0]))
     assert pair is not None
@@ -92,7 +108,23 @@ def test_a_wrong_heading_turns_a_change_of_velocity_and_keeps_its_length() -> No
     fixes = replace(fixes, north=3.0 * fixes.t)
     turns = np.zeros((3, t.size))
     ride = Ride(
-        t, turns, felt, None, east, fixes, None, (0.0, 40.0), 0, 0.2, 0.0, 0.0, 1.1, False, {}, ()
+        t,
+        turns,
+        felt,
+        None,
+        east,
+        fixes,
+        None,
+        (0.0, 40.0),
+        0,
+        0.2,
+        0.0,
+        0.0,
+        1.1,
+        False,
+        {},
+        {},
+        0 * t,
     )
     whole = force_pair(ride, np.array([28.0]))
     lengths = force_pair(ride, np.array([28.0]), any_heading=True)

@@ -18,6 +18,7 @@ from ..setup.sensors import Ride
 from .rides import flown
 
 SINCE = 35.0
+LOST = Path(__file__).parents[3] / "examples/crash_logs/copter_gps_loss_landing.tlog"
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,7 @@ def test_its_own_channels_are_unknown_from_then_on_and_the_recovered_known(
     log = with_recovered(healthy, path)
     own = BLOCKS[f"recovered_{block}"]
     message = log[own.message]
-    for field in own.fields or ("lat", "lon", "vel"):
+    for field in (one for one in own.fields if one in message):
         before, now = healthy[own.message].si(field), message.si(field)
         gone = message.t >= SINCE + 0.2
         assert np.isnan(now[gone]).all()
@@ -54,6 +55,22 @@ def test_the_other_sensors_of_the_same_message_stay(healthy: Log, tmp_path: Path
     for field in ("xgyro", "yacc"):
         assert np.array_equal(log["RAW_IMU"].si(field), healthy["RAW_IMU"].si(field))
     assert np.isfinite(healthy["RAW_IMU"].si("xmag")).all()
+
+
+def test_what_a_receiver_says_of_itself_stays(healthy: Log, tmp_path: Path) -> None:
+    """Else what follows from a lost fix has no cause left, and another sensor is accused of it."""
+    log = with_recovered(healthy, written(healthy, "satellite", tmp_path / "x.csv"))
+    message, before = log["GPS_RAW_INT"], healthy["GPS_RAW_INT"]
+    assert np.isnan(message.si("alt")[message.t > SINCE + 0.2]).all()
+    for field in ("fix_type", "satellites_visible"):
+        assert np.array_equal(message.si(field), before.si(field), equal_nan=True)
+
+
+def test_a_lost_fix_stays_the_first_failure_with_its_position_recovered(tmp_path: Path) -> None:
+    log = fdi.read(LOST)
+    path = write_recovered(recover(log, cross_check(log)), tmp_path / "x.csv")
+    found = fdi.analyze(LOST, recovered=path)
+    assert [one.component for one in found.findings] == ["gps"]
 
 
 def test_an_analysis_reads_what_was_recovered_with_its_deviation(
