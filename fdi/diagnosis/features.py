@@ -198,9 +198,10 @@ def features(
     for name in asked:
         component, tie = whom.components[name], ties[name]
         held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
-        # an estimator that uses a sensor follows it: that the two agree says little of the sensor
+        # an estimator that uses a sensor follows it: that the two agree says little of the sensor;
+        # nor does it say much of a sensor that its readings change, or do not scatter
         echoed = np.array([not reach[name].isdisjoint(own) for own in whom.through], bool)
-        judged = (tie == Tie.HELD) & done.judged & (done.alarmed | ~echoed)
+        judged = (tie == Tie.HELD) & done.judged & (done.alarmed | ~(echoed | whom.narrow))
         # tests that concern nobody else
         unique = judged & only & ~whom.supports
         alone = held & only & ~whom.supports
