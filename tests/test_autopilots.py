@@ -14,6 +14,8 @@ SECOND = {
     "accelerometer_2_frozen": "second unit", "mag_stk_2": "second compass",
     "mag_2": "second compass",
     "compass_2_frozen": "second compass", "SCALED_PRESSURE2.press_abs:frozen": "second barometer",
+    "alt_5": "second barometer", "barometer_2_scatters": "second barometer",
+    "rng_1": "range finder", "rangefinder_scaled": "range finder",
     "srf_7": "second aileron", "srf_8": "third aileron", "aileron_2_output_held": "second aileron",
     "aileron_3_output_held": "third aileron", "mom_aileron_2": "second aileron",
     "aileron_2_turns_otherwise": "second aileron", "mom_aileron_3": "third aileron",
@@ -82,7 +84,8 @@ GENTLE = dict.fromkeys(
     "the plane never needs full throttle, and is never told to stop",
 )  # fmt: skip
 POOR_LINK = dict.fromkeys(
-    ("pos_9", "gps_position_creeps"), "the link loses a second within every minute of this flight"
+    ("pos_9", "gps_position_creeps", "alt_4", "barometer_scatters"),
+    "the link loses a second within every minute of this flight, and in its beginning every 10 s",
 )
 ANY = SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
 PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT

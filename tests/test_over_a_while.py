@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flights import ROOT, joined, records
+from flights import ROOT, SHARED, joined, records
 
 import fdi
 from fdi.evaluation.inject import injected
@@ -19,6 +19,7 @@ COPTER = HEALTHY / "copter_gusts.tlog"
 LOGS = [HEALTHY / f"{name}.tlog" for name in ("copter_gusts", "plane_turbulence", "px4_quad")]
 EVERY = pytest.mark.parametrize("path", LOGS, ids=lambda path: path.stem)
 STRAYS, CHARGE = "gps_position_strays", "battery_charge_lost"
+SCATTERS = "barometer_scatters"
 RADIUS = 6371000.0
 """Of the sphere that stands for the earth, m."""
 TOLERANCE = 3.0
@@ -87,6 +88,40 @@ def test_a_position_that_drifts_by_a_metre_a_second_is_seen_and_the_receiver_nam
     told = Told(with_fault(path, text, tmp_path), STRAYS)
     assert start + 1 < told.alarmed[0] < start + 12
     assert told.accused == ["gps"]
+
+
+@pytest.mark.parametrize("path", LOGS[:2], ids=lambda path: path.stem)
+def test_a_barometer_in_health_hardly_scatters(path):
+    told = Told(path, SCATTERS)
+    assert np.isfinite(told.values).mean() > 0.3
+    assert np.ptp(told.values[np.isfinite(told.values)]) < 5.0  # Pa
+    assert len(told.alarmed) == 0
+
+
+@pytest.mark.parametrize("path", LOGS[:2], ids=lambda path: path.stem)
+def test_a_barometer_that_jumps_about_by_a_metre_and_a_half_is_named(path, tmp_path):
+    """Of zero mean: neither a height nor its mean is far off."""
+    start = middle(path)
+    told = Told(with_fault(path, f"SCALED_PRESSURE.press_abs:noise=18@{start}", tmp_path), SCATTERS)
+    assert start < told.alarmed[0] < start + 8
+    told_after = told.values[(told.t > start + 11) & np.isfinite(told.values)]
+    assert -told_after == pytest.approx(18, abs=10)  # of 40 numbers that are drawn
+    assert told.accused[:1] == ["barometer"]
+
+
+CLIMBS = SHARED / "sitl" / "varied" / "v01_hexap_rangefinder_squares.tlog"
+
+
+@pytest.mark.skipif(not CLIMBS.is_file(), reason="no ../shared")
+def test_a_range_finder_is_calibrated_by_every_climb(tmp_path):
+    told = Told(CLIMBS, "rangefinder_scaled")
+    assert np.isfinite(told.values).mean() > 0.3
+    assert len(told.alarmed) == 0
+    start = middle(CLIMBS)
+    text = f"DISTANCE_SENSOR.current_distance:scale=1.5@{start}"
+    told = Told(with_fault(CLIMBS, text, tmp_path), "rangefinder_scaled")
+    assert start - 10 < told.alarmed[0] < start + 20  # half of the window on both sides
+    assert told.accused == ["rangefinder"]
 
 
 def test_a_fix_that_is_lost_says_nothing_of_the_way_before_or_after_it(tmp_path):

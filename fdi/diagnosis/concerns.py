@@ -51,6 +51,9 @@ class Concerns:
     through : tuple of frozenset of str
         Of every residual the components with no parts that break whose output it reads: what
         disturbs them may show in it, whomever it concerns.
+    narrow : (r,) bool
+        Residuals that tell of one way to fail (standing still, silence, noise): a sensor that fails
+        in another way leaves them quiet.
     """
 
     faults: tuple[tuple[str, ...], ...]
@@ -62,6 +65,7 @@ class Concerns:
     supports: NDArray[np.bool_]
     stated: NDArray[np.bool_]
     through: tuple[frozenset[str], ...]
+    narrow: NDArray[np.bool_]
 
     def of(self, row: int) -> frozenset[str]:
         """Return the components that a residual concerns."""
@@ -133,6 +137,14 @@ def concerns(bank: Bank) -> Concerns:
         ),
         stated,
         tuple(_through(generator, system) for generator in bank.generators),
+        np.array([_is_narrow(generator, system) for generator in bank.generators], bool),
+    )
+
+
+def _is_narrow(generator: Generator, system: System) -> bool:
+    """Return whether a residual reads how a field behaves, and not what it shows."""
+    return any(
+        m.tells_behaviour for i in generator.equations if (m := system.equations[i].measurement)
     )
 
 

@@ -237,9 +237,11 @@ def speaking(
     done : Doings
     whom : Concerns
     """
-    # an estimator that uses a sensor follows it: that the two agree says little of the sensor
+    # an estimator that uses a sensor follows it: that the two agree says little of the sensor;
+    # nor does it say much of a sensor that its readings change, or do not scatter
     echoed = np.array([not reach.isdisjoint(own) for own in whom.through], bool)
-    says: NDArray[np.bool_] = (tie == Tie.HELD) & done.judged & (done.alarmed | ~echoed)
+    moot = echoed | whom.narrow
+    says: NDArray[np.bool_] = (tie == Tie.HELD) & done.judged & (done.alarmed | ~moot)
     return says
 
 

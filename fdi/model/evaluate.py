@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
 from fdi.model.given import Given
-from fdi.model.records import change, integral, recent, sampled, span, still
+from fdi.model.records import change, integral, noise, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
 Floats = NDArray[np.float64]
@@ -166,6 +166,7 @@ _OF_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
     "change": change,
     "integral": integral,
     "span": span,
+    "noise": noise,
     "sampled": sampled,
 }
 
@@ -193,7 +194,7 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
         case Apply("still" | "recent" as name, (argument,)):
             t = columns[TIME]
             return _OF_RECORDS[name](t, _at_each(t, _evaluate(argument, columns, real_part)))
-        case Apply("change" | "integral" | "span" | "sampled" as name, (argument, Number(seconds))):
+        case Apply(name, (argument, Number(seconds))) if name in _OF_A_WHILE:
             t = columns[TIME]
             of = _at_each(t, _evaluate(argument, columns, real_part))
             return _OF_A_WHILE[name](t, of, seconds)

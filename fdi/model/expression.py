@@ -69,14 +69,18 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "change": (2, 2),
     "integral": (2, 2),
     "span": (2, 2),
+    "noise": (2, 2),
     "sampled": (2, 2),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
-OVER_RECORDS: Final = frozenset({"still", "recent", "change", "integral", "span", "sampled"})
+OVER_RECORDS: Final = frozenset(
+    {"still", "recent", "change", "integral", "span", "noise", "sampled"}
+)
 """Those whose value at a record depends on the records before: for measured fields only."""
+NOISE: Final = "noise"
 SAMPLED: Final = "sampled"
 """The one that tells an accuracy: for what is reported."""
-OVER_A_WHILE: Final = frozenset({"change", "integral", "span", SAMPLED})
+OVER_A_WHILE: Final = frozenset({"change", "integral", "span", NOISE, SAMPLED})
 """Those of them that take a number of seconds: for ``FIELD:over`` only."""
 OVER_TIME: Final = OVER_RECORDS | {"der", "slope"}
 """Functions whose value at a moment depends on other moments."""

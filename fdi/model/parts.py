@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Literal
 
-from fdi.model.expression import CONSTANTS, SAMPLED, Apply, Expression, symbols, walk
+from fdi.model.expression import CONSTANTS, NOISE, SAMPLED, Apply, Expression, symbols, walk
 from fdi.telemetry import Channel
 
 STATES: Final = frozenset(
@@ -300,10 +300,18 @@ class Measurement:
     @property
     def is_sampled(self) -> bool:
         """Return whether what is reported is how well records stand for the while between them."""
-        told = self.reported
-        return told is not None and any(
-            isinstance(node, Apply) and node.operator == SAMPLED for node in walk(told)
-        )
+        return _uses(self.reported, SAMPLED)
+
+    @property
+    def tells_behaviour(self) -> bool:
+        """Return whether it tells how the channel behaves, as standing still, not what it shows."""
+        return self.stillness or self.silence or _uses(self.value, NOISE)
+
+
+def _uses(expression: Expression | None, operator: str) -> bool:
+    return expression is not None and any(
+        isinstance(node, Apply) and node.operator == operator for node in walk(expression)
+    )
 
 
 def fields_of(measurement: Measurement, parameters: Container[str]) -> tuple[str, ...]:

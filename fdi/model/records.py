@@ -121,21 +121,41 @@ def sampled(t: Column, values: Column, seconds: float) -> Floats:
     found = np.full(len(t), np.nan)
     if len(at) < 3:
         return found
-    own = values[known]
-    span = at[2:] - at[:-2]
-    share = np.divide(at[1:-1] - at[:-2], span, out=np.full(len(span), 0.5), where=span > 0)
-    line = (1 - share) * own[:-2] + share * own[2:]
-    off = np.clip(own[1:-1] - line, -WILD, WILD) ** 2 / 1.5
-    off = np.concatenate([[0.0], off, [0.0]])
-    place = np.arange(len(at))
-    # the newest has no neighbour yet: it counts as far off as those before it
-    first = np.minimum(np.searchsorted(at, at - seconds, side="right"), np.maximum(place - 1, 0))
-    before = np.maximum(place - first, 1)
-    square = sums_between(off, first, np.maximum(place, first + 1)) / before / (before + 1)
+    off, _ = _off_line(at, values[known])
+    off = np.concatenate([[0.0], np.clip(off, -WILD, WILD) ** 2 / 1.5, [0.0]])
+    first, last, before = _newest(at, seconds)
+    square = sums_between(off, first, last) / before / (before + 1)
     earlier = [np.searchsorted(at, at - k * seconds, side="right") - 1 for k in (1, 2)]
     three = [square, *(np.where(e > 0, square[np.maximum(e, 0)], square) for e in earlier)]
     error = np.sqrt(np.median(three, axis=0))
     found[known] = np.where(at - seconds >= ended, error, np.nan)
+    return found
+
+
+def noise(t: Column, values: Column, seconds: float) -> Floats:
+    """Return by how much the records of the last seconds scatter from one to the next, one sigma.
+
+    From how far each lies off the line through its two neighbours, so that a drift does not count:
+    for white noise it is the noise's own deviation. The mean size and not the square is taken, so
+    that a single jump among many records counts for little. Unknown where a gap lies on the way.
+
+    Examples
+    --------
+    >>> noise(np.arange(6.0), np.array([0.0, 2.0, 4.0, 6.0, 8.0, 10.0]), 3.0).tolist()
+    [nan, nan, nan, 0.0, 0.0, 0.0]
+    >>> noise(np.arange(6.0), np.array([0.0, 3.0, 0.0, 3.0, 0.0, 3.0]), 4.0)[-1].round(2).item()
+    3.07
+    """
+    known, at, ended = _records(t, values)
+    found = np.full(len(t), np.nan)
+    if len(at) < 3:
+        return found
+    off, spread = _off_line(at, values[known])
+    # of a normal quantity the mean size is sqrt(2 / pi) of its deviation
+    sizes = np.minimum(np.abs(off), WILD) / spread * np.sqrt(np.pi / 2)
+    first, last, before = _newest(at, seconds)
+    mean = sums_between(np.concatenate([[0.0], sizes, [0.0]]), first, last) / before
+    found[known] = np.where(at - seconds >= ended, mean, np.nan)
     return found
 
 
@@ -157,6 +177,27 @@ def span(t: Column, values: Column, seconds: float) -> Floats:
         highest, lowest = largest_between(own, first, place), largest_between(-own, first, place)
         found[known] = np.where(at - seconds >= ended, highest + lowest, np.nan)
     return found
+
+
+def _off_line(at: Floats, own: Floats) -> tuple[Floats, Floats]:
+    """Return how far records lie off the line through their neighbours, the outer two left out.
+
+    And the standard deviation of that, if they scatter by 1 each.
+    """
+    span = at[2:] - at[:-2]
+    share = np.divide(at[1:-1] - at[:-2], span, out=np.full(len(span), 0.5), where=span > 0)
+    line = (1 - share) * own[:-2] + share * own[2:]
+    return own[1:-1] - line, np.sqrt(1 + share**2 + (1 - share) ** 2)
+
+
+def _newest(at: Floats, seconds: float) -> tuple[NDArray[np.intp], NDArray[np.intp], Column]:
+    """Return from which to which record, that one excluded, the last seconds have both neighbours.
+
+    And how many these are, at least 1: the newest has no neighbour yet, and counts as those before.
+    """
+    place = np.arange(len(at))
+    first = np.minimum(np.searchsorted(at, at - seconds, side="right"), np.maximum(place - 1, 0))
+    return first, np.maximum(place, first + 1), np.maximum(place - first, 1)
 
 
 def _records(t: Column, values: Column) -> tuple[NDArray[np.intp], Floats, Floats]:

@@ -100,6 +100,31 @@ def test_only_what_is_marked_so_supports():
     assert not whom.supports[row(bank, "GPS.x", "BARO.x")]
 
 
+@pytest.mark.parametrize(
+    ("field", "how", "is_narrow"),
+    [
+        ("w:over", 'unit: m, value: "noise(w, 5)"', True),
+        ("w:still", "unit: s", True),
+        ("w:silent", "unit: s", True),
+        ("w:over", 'unit: m, value: "change(w, 5)"', False),
+        ("w", "unit: m", False),
+    ],
+)
+def test_what_tells_how_a_channel_behaves_tells_of_one_way_to_fail(field, how, is_narrow):
+    unit, _, value = how.partition(", ")
+    text = model({"gps": ["x"], "baro": ["x"]}, unit=unit.removeprefix("unit: "))
+    text = text.replace("variables:\n", f"variables:\n  v: {{{unit}}}\n  b: {{{unit}}}\n")
+    text += (
+        "equations:\n  of: {text: b = v, solves: [b], fault: gps.way, component: gps}\n"
+        "limits:\n  most: {variable: b, max: 1, component: gps}\n"
+        f'inputs:\n  RAW:\n    fields:\n      "{field}": {{variable: v, {value}}}\n'
+    )
+    bank = bank_of(text)
+    whom = concerns(bank)
+    assert bool(whom.narrow[limit_row(bank, "most")]) == is_narrow
+    assert not whom.narrow[row(bank, "GPS.x", "BARO.x")]
+
+
 def test_the_closest_tie_is_the_largest():
     assert Tie.NONE < Tie.SUSPECTED < Tie.HELD
     assert list(Tie) == [Tie.NONE, Tie.SUSPECTED, Tie.HELD]

@@ -97,6 +97,23 @@ def test_only_a_test_that_concerns_nobody_else_is_one_of_its_own():
     assert told({PAIR: [(40, 60)]})["gps"]["alone"] == 0.0
 
 
+def test_that_a_sensor_does_not_scatter_says_little_of_it():
+    """It may drift as well; where it does scatter that counts as any other test."""
+    text = model({"gps": ["x"], "baro": ["x"]}).replace(
+        "variables:\n", "variables:\n  v: {unit: m}\n  b: {unit: m}\n"
+    )
+    text += (
+        "equations:\n  of: {text: b = v, solves: [b], fault: gps.way, component: gps}\n"
+        "limits:\n  most: {variable: b, max: 1, component: gps}\n"
+        'inputs:\n  RAW:\n    fields:\n      "w:over": {variable: v, value: "noise(w, 5)"}\n'
+    )
+    wide, narrow = (bank_of(text.replace("noise", word)) for word in ("change", "noise"))
+    for bank, quiet in ((wide, math.log(LEAST)), (narrow, 0.0)):
+        pair, own = row(bank, "GPS.x", "BARO.x"), limit_row(bank, "most")
+        assert told({pair: [(40, 60)]}, bank=bank)["gps"]["quiet"] == pytest.approx(quiet)
+        assert told({own: [(40, 60)]}, bank=bank)["gps"]["alone"] == pytest.approx(FOLD)
+
+
 def test_what_merely_supports_is_counted_and_says_nothing_else():
     more = "equalities:\n  level: {text: x = 0, supports: true, solves: []}\n"
     bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, more=more))

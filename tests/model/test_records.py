@@ -9,10 +9,10 @@ from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Apply, Number, Symbol, parse, to_text
-from fdi.model.records import GAP_S, change, integral, recent, sampled, span, still
+from fdi.model.records import GAP_S, change, integral, noise, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
-FUNCTIONS = (change, integral, span, sampled)
+FUNCTIONS = (change, integral, span, noise, sampled)
 EACH = pytest.mark.parametrize("function", FUNCTIONS)
 ALL = pytest.mark.parametrize("function", [still, recent, *FUNCTIONS])
 
@@ -128,6 +128,33 @@ def test_scatter_that_begins_counts_when_it_has_lasted():
     assert found[t > 12.5].min() > 0.3
 
 
+@given(TIMES, SECONDS, st.floats(-5, 5), st.floats(-3, 3))
+def test_records_on_a_line_do_not_scatter(t, seconds, start, slope):
+    assert np.nan_to_num(noise(t, start + slope * t, seconds)).max() < 1e-6
+
+
+@pytest.mark.parametrize("uneven", [0.0, 0.4])
+@pytest.mark.parametrize("sigma", [0.1, 2.0])
+def test_noise_is_the_deviation_of_white_noise(uneven, sigma):
+    """Whenever the records come, and whatever slow movement it lies on."""
+    random = np.random.default_rng(3)
+    t = (np.arange(20000) + random.uniform(-uneven, uneven, 20000)) / 5
+    values = sigma * random.normal(size=len(t)) + 300 * np.sin(t / 300)
+    told = noise(t, values, 10.0)[50:]
+    assert told.mean() == pytest.approx(sigma, rel=0.02)
+    # 50 sizes tell their mean to 0.76 / sqrt(50) of it, and less well as neighbours share records
+    assert 0.1 * sigma < told.std() < 0.2 * sigma
+
+
+def test_a_single_jump_is_little_noise():
+    t = np.arange(150) / 5
+    found = noise(t, np.where(t < 15, 0.0, 1.0), 10.0)
+    # of the 50 records of a window two lie half a step off their line
+    most = 2 * 0.5 / np.sqrt(1.5) * np.sqrt(np.pi / 2) / 49
+    assert np.nanmax(found) == pytest.approx(most, rel=0.02)
+    assert np.nanmax(np.where((t < 15) | (t > 25.1), found, np.nan)) == 0.0
+
+
 @EACH
 @given(times=TIMES, lost=st.sets(st.integers(0, 59)))
 def test_unknown_records_are_left_out(function, times, lost):
@@ -177,9 +204,10 @@ def test_a_wild_value_spoils_the_windows_alone_that_hold_it(function, times, pla
     spoiled = np.where(np.arange(len(times)) == place, wild, values)
     found, expected = of(function, times, spoiled), of(function, times, values)
     # a window begins between two records, of which it holds both; a neighbour's line holds it too
-    last = place + (3 if function is sampled else 1)
+    last = place + (3 if function in (sampled, noise) else 1)
     after = times[last] if last < len(times) else np.inf
-    holds = (np.arange(len(times)) >= place) & (times - 2.0 < after)
+    reach = 6.0 if function is sampled else 2.0  # that one reads two spells more
+    holds = (np.arange(len(times)) >= place) & (times - reach < after)
     np.testing.assert_array_equal(found[~holds], expected[~holds])
 
 
