@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns, affected
+from fdi.diagnosis.concerns import Concerns
 from fdi.diagnosis.plain import alarm_clause
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
@@ -24,11 +24,11 @@ from fdi.result import Analysis
 SOON: Final = 10.0
 """s after the onset that count for it."""
 NEGLIGIBLE: Final = 0.005
-MOST_SIGNS: Final = 4
+MOST_SIGNS: Final = 5
 MOST_ALARMED: Final = 2
 """Parts with alarms of which it is told at length why they are not accused."""
 NOTHING: Final = "nothing that the tests show speaks against it"
-_SAYS: Final = ("alarm", "trigger", "event", "command")
+_SAYS: Final = ("alarm", "event", "trigger", "command")
 _HOW: Final = {
     "landed": "It landed.",
     "in_air": "The log ends in the air.",
@@ -154,7 +154,7 @@ def rest(finding: Finding, told: Sequence[Suspect], analysis: Analysis) -> Rest:
 
 
 def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
-    """Return what disturbs an accused program or quantity when it fails, and is not ruled out.
+    """Return what directly disturbs an accused program when it fails, and is not ruled out.
 
     A controller does as well as the parts it works with: to accuse it asks what is behind it.
     """
@@ -166,7 +166,7 @@ def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
     return tuple(
         component_words(name, components)
         for name in components
-        if name not in cleared and finding.component in affected(name, components)
+        if name not in cleared and finding.component in components[name].affects
     )
 
 
@@ -186,7 +186,7 @@ def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:
 def first_signs(ending: Ending | None) -> list[First]:
     """Return what happened first in the seconds before a flight went wrong, `MOST_SIGNS` at most.
 
-    What tests and the autopilot told goes before what somebody asked for.
+    Alarms and what the autopilot reports go before what passed, and before what somebody asked for.
     """
     if ending is None or not ending.end.is_bad:
         return []
