@@ -55,6 +55,12 @@ def test_what_led_to_the_end_is_named_before_what_healed():
     assert [finding.component for finding in well.findings] == ["sun", "gps"]
 
 
+@pytest.mark.parametrize(("seconds", "is_told"), [(0.25, False), (0.5, True)])
+def test_a_single_sample_beyond_a_threshold_is_noise_and_two_are_told(seconds, is_told):
+    (ending,) = answer({SKY: [(83, 83 + seconds)]}).endings
+    assert [one.at for one in ending.first] == [83.0] * is_told
+
+
 def test_what_was_first_stands_in_the_order_of_time():
     events = [
         Event(60.0, "mode", "LOITER"),  # long before
