@@ -119,7 +119,7 @@ def test_who_cannot_be_told_from_the_accused_is_not_ruled_out():
     text = text.replace("estimator: {affects", "estimator: {group: autopilot, affects")
     bank = bank_of(text + "".join(limits))
     raised = {limit_row(bank, f"bad_{name}"): [(40, 100)] for name in suspects}
-    close = dict.fromkeys((row(bank, "GPS.x", f"{who}.x") for who in ("BARO", "RADAR")), 0.7)
+    close = dict.fromkeys((row(bank, "GPS.x", f"{who}.x") for who in ("BARO", "RADAR")), 0.45)
     found = answer(raised, bank=bank, close=close, peak=20.0)
     named_here = {found.findings[0].component, *found.findings[0].inseparable_from}
     assert named_here == {"estimator", "gps"}

@@ -254,7 +254,7 @@ def test_a_fault_since_take_off_is_judged_with_what_was_learned(bank):
     known = identified(taught(bank, **learned), given_, RECIPE).evaluate(given_, RECIPE)
     recipe = load_policy("default").decision
     assert np.median(np.abs(known.values[row])) == pytest.approx(0.3, abs=0.02)
-    assert not learn(known, recipe).unfit[row]
+    assert not learn(known, recipe).told.unfit[row]
     alone = identified(bank, given_, RECIPE).evaluate(given_, RECIPE)
     assert np.median(np.abs(alone.values[row])) < 0.05
 
