@@ -87,11 +87,12 @@ POOR_LINK = dict.fromkeys(
     ("pos_9", "gps_position_creeps", "alt_4", "barometer_scatters"),
     "the link loses a second within every minute of this flight, and in its beginning every 10 s",
 )
+ON_BOARD = dict.fromkeys(("link_1", "link_silent"), "a recorder on board has no link")
 ANY = SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
 PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT
-PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT
+PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
 ARDUPILOT_TLOG = ANY | SAME | STREAM
-ARDUPILOT_BIN = ANY | NOT_LOGGED
+ARDUPILOT_BIN = ANY | NOT_LOGGED | ON_BOARD
 CASES = {
     "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
     "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN,

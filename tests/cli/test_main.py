@@ -103,7 +103,7 @@ def test_info_is_a_page_or_json(run: Run) -> None:
 def test_convert_writes_the_folder_and_says_how_much(run: Run) -> None:
     ended = run("convert", LOG, "--out", "o")
     assert ended.code == 0
-    assert ended.out.startswith("31 messages, ")
+    assert ended.out.startswith("32 messages, ")
     assert "in o/" in ended.out
     assert {"ATTITUDE.parquet", "metadata.json"} <= {entry.name for entry in Path("o").iterdir()}
     assert not run("convert", LOG, "--out", "o", "--quiet").out

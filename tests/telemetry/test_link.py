@@ -7,33 +7,49 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fdi
-from fdi.telemetry.meaning import with_link
+from fdi.telemetry.meaning import link_of, with_link
+from fdi.telemetry.message import Message
 
-LONGEST = 60.0
+
+def message(name, times):
+    t = np.array(times, float)
+    return Message(name, None, t, t, np.arange(t.size), {})
 
 
-def pause_of(span, gaps):
-    message = with_link({}, span, gaps)["LINK"]
-    return message.t, message.si("pause")
+def pause_of(*messages):
+    link = link_of(messages)
+    return link.t, link.si("pause")
 
 
 def test_the_pause_grows_until_something_comes():
-    t, pause = pause_of((0.0, 20.0), [(4.25, 9.75)])
-    for moment, expected in ((4.0, 0.0), (4.25, 0.0), (5.0, 0.75), (9.0, 4.75), (9.75, 0.0)):
-        assert pause[t == moment].tolist() == [expected]
-    assert t[-1] == 20.0
-    assert not pause[t > 9.75].any()
+    t, pause = pause_of(
+        message("HEARTBEAT", [0, 1, 2, 3, 4, 11]), message("ATTITUDE", [0.5, 4.25, 9.75])
+    )
+    expected = {4.0: 0.0, 4.25: 0.0, 9.75: 0.0, 11.0: 0.0}
+    assert {moment: pause[t == moment].item() for moment in expected} == expected
+    inside = (t > 4.25) & (t < 9.75)
+    np.testing.assert_allclose(pause[inside], t[inside] - 4.25)
+    assert pause.max() == pytest.approx(5.5)
+    assert np.diff(t[inside]).max() < 1.3
 
 
-@given(st.lists(st.floats(0, LONGEST).map(lambda t: round(t, 2)), max_size=8, unique=True))
-def test_nowhere_is_it_longer_than_since_the_last_record(times):
-    edges = sorted(times)[: len(times) // 2 * 2]
-    gaps = list(zip(edges[::2], edges[1::2], strict=True))
-    t, pause = pause_of((0.0, LONGEST), gaps)
+def test_one_message_that_comes_is_enough():
+    _, pause = pause_of(message("ATTITUDE", [0, 1, 20]), message("HEARTBEAT", range(21)))
+    assert not pause.any()
+
+
+@given(st.lists(st.floats(0, 1e9), min_size=1, max_size=40, unique=True))
+def test_however_far_apart_records_are_the_pause_is_bounded_and_few_values_tell_it(times):
+    t, pause = pause_of(message("HEARTBEAT", sorted(times)))
     assert np.all(np.diff(t) > 0)
-    for moment, value in zip(t, pause, strict=True):
-        inside = [moment - a for a, b in gaps if a <= moment < b]
-        assert value == pytest.approx(sum(inside))
+    assert t[-1] == max(times)
+    assert 0 <= pause.min() <= pause.max() <= np.ptp(times)
+    assert t.size <= 1002 * len(times)
+
+
+def test_without_heartbeats_nothing_is_said_of_a_link():
+    other = {"ATTITUDE": message("ATTITUDE", [0, 1, 2])}
+    assert with_link(other) == other
 
 
 @pytest.mark.parametrize("case", shared("sitl/copter/c88_telemetry_gap_12s.tlog"))

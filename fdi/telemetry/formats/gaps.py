@@ -23,19 +23,7 @@ _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, no
 
 def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
     """Yield the times in which most of the regular messages are missing together."""
-    spans = gaps(messages)
-    if len(spans) > SINGLE:
-        total = sum(b - a for a, b in spans)
-        text = f"telemetry gap: {len(spans)} times, {total:.1f} s in all"
-        yield QualityRecord("gap", None, spans[0][0], spans[-1][1], len(spans), text)
-        return
-    for start, end in spans:
-        yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
-
-
-def gaps(messages: Mapping[str, Message]) -> list[tuple[float, float]]:
-    """Return from when to when, s, most of the regular messages are missing together."""
-    found: list[tuple[float, float]] = []
+    gaps: list[tuple[float, float]] = []
     regular = 0
     for message in messages.values():
         if len(message) < 5:
@@ -46,16 +34,27 @@ def gaps(messages: Mapping[str, Message]) -> list[tuple[float, float]]:
             continue
         regular += 1
         for row in np.flatnonzero(step > limit):
-            found.append((float(message.t[row]), float(message.t[row + 1])))
-    if not found:
-        return []
-    edges = np.array(sorted({edge for gap in found for edge in gap}))
+            gaps.append((float(message.t[row]), float(message.t[row + 1])))
+    if not gaps:
+        return
+    edges = np.array(sorted({edge for gap in gaps for edge in gap}))
     middle = (edges[:-1] + edges[1:]) / 2
-    starts, ends = (np.sort([gap[side] for gap in found]) for side in (0, 1))
+    starts, ends = (np.sort([gap[side] for gap in gaps]) for side in (0, 1))
     silent = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
     is_gap = np.concatenate(([False], silent >= _LINK_SHARE * regular, [False])).astype(np.int8)
-    first, last = (np.flatnonzero(np.diff(is_gap) == side) for side in (1, -1))
-    return [(float(edges[a]), float(edges[b])) for a, b in zip(first, last, strict=True)]
+    found = list(
+        zip(
+            np.flatnonzero(np.diff(is_gap) == 1), np.flatnonzero(np.diff(is_gap) == -1), strict=True
+        )
+    )
+    spans = [(float(edges[a]), float(edges[b])) for a, b in found]
+    if len(spans) > SINGLE:
+        total = sum(b - a for a, b in spans)
+        text = f"telemetry gap: {len(spans)} times, {total:.1f} s in all"
+        yield QualityRecord("gap", None, spans[0][0], spans[-1][1], len(spans), text)
+        return
+    for start, end in spans:
+        yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
 
 
 def _longest_step(step: NDArray[np.float64]) -> float | None:

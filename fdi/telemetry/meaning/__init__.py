@@ -10,15 +10,17 @@ motors.py    which motor every output of a multicopter drives
 link.py      for how long nothing has come over the link
 """
 
-from fdi.telemetry.meaning.link import with_link
+from fdi.telemetry.meaning.link import LINK, link_of, with_link
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
 from fdi.telemetry.meaning.motors import MOTORS, unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
 
 __all__ = [
+    "LINK",
     "MOTORS",
     "as_ardupilot",
     "as_mavlink",
+    "link_of",
     "origin",
     "unwired",
     "with_link",

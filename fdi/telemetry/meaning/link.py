@@ -1,12 +1,13 @@
 """For how long has nothing come over the link?
 
-In: when a telemetry log is silent. Out: the message ``LINK`` with the field ``pause``: how long
-nothing has been received, s, once a second; 0 while messages come. A recorder on board has no link.
+In: the messages of a telemetry log. Out: the message ``LINK`` with the field ``pause``: how long
+nothing at all has been received, s, at every heartbeat and, in a pause, once a second; 0 while
+messages come. A recorder on board has no link.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
@@ -15,34 +16,33 @@ from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 
 LINK: Final = "LINK"
-PAUSE: Final = "pause"
+_HEARTBEAT: Final = "HEARTBEAT"
 _STEP_S: Final = 1.0
-_HEARTBEAT: Final = "HEARTBEAT"  # what every link carries
+_PAUSE_S: Final = 2.0  # more than a period of what telemetry sends, heartbeats among it
+_POINTS: Final = 1000  # of a pause, which a forged stamp may make as long as it likes
 
 
-def with_link(
-    messages: Mapping[str, Message], span: tuple[float, float], gaps: Sequence[tuple[float, float]]
-) -> dict[str, Message]:
-    """Return the messages with ``LINK``.
-
-    Parameters
-    ----------
-    messages : Mapping[str, Message]
-        By key.
-    span : (float, float)
-        Of the log, s.
-    gaps : sequence of (float, float)
-        From the last record before to the first one after, s.
-    """
-    if LINK in messages or not span[1] > span[0]:
+def with_link(messages: Mapping[str, Message]) -> dict[str, Message]:
+    """Return the messages of a vehicle, by key, with ``LINK`` where its heartbeat is among them."""
+    if _HEARTBEAT not in messages:
         return dict(messages)
-    edges = np.array(gaps, float).ravel()
-    # it lasts until just before something comes
-    just = np.nextafter(edges[1::2], -np.inf)
-    t = np.unique(np.concatenate([np.arange(*span, _STEP_S), edges, just, span[1:]]))
-    last = np.searchsorted(edges, t, side="right") - 1
-    # between an odd number of edges and the next one nothing comes
-    pause = np.where(last % 2 == 0, t - edges[last], 0.0) if edges.size else np.zeros(t.size)
-    columns = {PAUSE: Column(lambda: pause, Conversion("s"))}
-    made = Message(LINK, None, t, t, np.arange(t.size), columns, made_from=_HEARTBEAT)
-    return dict(sorted({**messages, LINK: made}.items()))
+    return dict(sorted({**messages, LINK: link_of(messages.values())}.items()))
+
+
+def link_of(received: Iterable[Message]) -> Message:
+    """Return ``LINK`` by all messages that were received of a vehicle, heartbeats among them."""
+    recorded = [m for m in received if m.made_from is None]
+    heard = np.unique(np.concatenate([m.t for m in recorded]))
+    told = np.concatenate([m.t for m in recorded if m.name == _HEARTBEAT])
+    parts, pauses = [told, heard[-1:]], [np.zeros(told.size), np.zeros(1)]
+    for row in np.flatnonzero(np.diff(heard) > _PAUSE_S):
+        start, end = float(heard[row]), float(heard[row + 1])
+        count = min(round((end - start) / _STEP_S) + 1, _POINTS)
+        # until just before something comes
+        t = np.linspace(start, np.nextafter(end, start), count)
+        parts += [t, heard[row + 1 : row + 2]]
+        pauses += [t - start, np.zeros(1)]
+    t, first = np.unique(np.concatenate(parts), return_index=True)
+    pause = np.concatenate(pauses)[first]
+    columns = {"pause": Column(lambda: pause, Conversion("s"))}
+    return Message(LINK, None, t, t, np.arange(t.size), columns, made_from=_HEARTBEAT)

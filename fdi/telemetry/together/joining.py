@@ -18,6 +18,7 @@ import numpy as np
 from fdi.errors import UsageError
 from fdi.telemetry.clock import Clock
 from fdi.telemetry.log import Log, Recording
+from fdi.telemetry.meaning import LINK, link_of
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.together.happenings import differing, merged_events, merged_parameters
@@ -163,6 +164,9 @@ def _messages(
     made, taken = {}, {}
     for key in sorted(held):
         made[key], taken[key] = united(held[key], flights)
+    if LINK in held:  # what one recorder misses another may have heard
+        heard = {position for position, _ in held[LINK]}
+        made[LINK] = link_of(m for found in held.values() for p, m in found if p in heard)
     return made, taken
 
 

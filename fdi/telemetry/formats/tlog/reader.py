@@ -23,7 +23,7 @@ from fdi.telemetry.airframes import frame_of
 from fdi.telemetry.catalogue import mavlink_firmware
 from fdi.telemetry.clock import Timeline, make_clock
 from fdi.telemetry.dialect import frame_checks
-from fdi.telemetry.formats.gaps import gap_records, gaps
+from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.tlog.columns import Payloads, columns
 from fdi.telemetry.formats.tlog.events import (
     firmware,
@@ -139,12 +139,11 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *told_too_much(own, beyond),
         *duplicate_record(messages),
     ]
-    silent = gaps(messages)
+    messages = with_link(messages)
     if vehicle.autopilot == "px4":
         messages = as_ardupilot(messages, vehicle.vehicle)
     messages = with_outputs(messages, values, vehicle.autopilot, vehicle.vehicle)
     messages = with_motors(messages, values, vehicle.autopilot, frame.vehicle)
-    messages = with_link(messages, span, silent)
     return Log(
         path,
         "tlog",
