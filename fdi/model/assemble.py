@@ -254,8 +254,6 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
         strangers = (solves or frozenset()) - set(symbols(left)) - set(symbols(right))
         if strangers:
             raise ModelError(f"solves {', '.join(sorted(strangers))}, which it does not hold")
-        if entry.scale and not isinstance(left, Symbol):
-            raise ModelError("scale needs one variable on the left")
         if entry.swings and not (
             isinstance(left, Symbol) and entry.offset and unit == dimension("rad")
         ):
@@ -278,7 +276,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             offset=quantity(entry.offset, unit),
             side=entry.side,
             swings=quantity(entry.swings, unit),
-            scale=entry.scale,
+            errors=tuple(_error(text, left, definition, draft) for text in entry.error),
             supports=entry.supports,
             steady=entry.steady,
             always=entry.always,
@@ -289,6 +287,15 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             amounts=tuple(_amounts(entry.amounts, draft)),
         )
     return None
+
+
+def _error(text: str, left: Expression, definition: Definition, draft: _Draft) -> Expression:
+    """Return an error that depends on how the vehicle flies."""
+    value = parse(text, functions=draft.found.functions)
+    draft.check_names(value)
+    _check_windowed(value, value, definition)
+    _check_units(left, value, draft)
+    return value
 
 
 def _amounts(entries: Mapping[str, AmountEntry], draft: _Draft) -> Iterator[Amount]:

@@ -189,7 +189,8 @@ def assumptions(
 
 
 def _names(equation: Equation) -> set[str]:
-    return {*symbols(equation.left), *symbols(equation.right), *_symbols(equation.when)}
+    sides = (equation.left, equation.right, equation.when, *equation.errors)
+    return {name for side in sides for name in _symbols(side)}
 
 
 def _symbols(expression: Expression | None) -> tuple[str, ...]:

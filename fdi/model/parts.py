@@ -188,8 +188,9 @@ class Equation:
         Above zero where the constant turns with the vehicle: where its left side has turned by an
         angle since the flight's beginning, the two may differ otherwise by as much as they did
         then, and by this standard deviation, rad.
-    scale : float
-        Share of the change of its left side since the flight's beginning by which that may be off.
+    errors : tuple of Expression
+        What its two sides may differ by otherwise than at the flight's beginning, one standard
+        deviation each, independent of each other.
     supports : bool
         A violation supports an accusation, and accuses nobody by itself.
     steady : bool
@@ -224,7 +225,7 @@ class Equation:
     offset: float = 0.0
     side: Side = ""
     swings: float = 0.0
-    scale: float = 0.0
+    errors: tuple[Expression, ...] = ()
     supports: bool = False
     steady: bool = False
     always: bool = False

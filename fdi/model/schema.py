@@ -133,7 +133,7 @@ class EquationEntry(_Entry):
     offset: Quantity = 0.0
     side: Literal["", "above", "below"] = ""
     swings: Quantity = 0.0
-    scale: float = Field(default=0.0, ge=0)
+    error: Annotated[list[str], BeforeValidator(_one_or_many)] = []
     supports: bool = False
     steady: bool = False
     always: bool = False

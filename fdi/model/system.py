@@ -51,7 +51,7 @@ class SystemEquation:
     offset: float = 0.0
     side: Side = ""
     swings: float = 0.0
-    scale: float = 0.0
+    errors: tuple[Expression, ...] = ()
     supports: bool = False
     steady: bool = False
     always: bool = False

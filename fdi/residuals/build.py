@@ -13,6 +13,8 @@ of equal ones that which differentiates, because it needs no start value.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 
 from fdi.model.calculus import subtract
 from fdi.model.expression import Apply, Expression, Symbol, symbols
@@ -205,10 +207,10 @@ class _Graph:
             expressions += self._block(block, inside)
         last = equations[residual]
         if any(
-            own.regressed or own.scale or own.swings
+            own.regressed or own.errors or own.swings
             for own in (last, *map(equations.__getitem__, steps))
         ):
-            text = f"a slope, or an error of scale, lies behind what is integrated for {last.name}"
+            text = f"a slope, or a stated error, lies behind what is integrated for {last.name}"
             raise _UnsolvableError(Reason.INTEGRATION, text)
         expressions.append(subtract(last.right, last.left))
         outer = {name: node for name, node in values.items() if name not in inside.values()}
@@ -329,7 +331,7 @@ class _Graph:
                 elif name in values:
                     arguments[name] = values[name]
                 elif name in self.system.variables:
-                    # Only a condition can get here: a matching computes all other unknowns.
+                    # Only a condition or an error: a matching computes all other unknowns.
                     arguments[name] = self._look_up(name, number, ())
         return tuple(sorted(arguments.items()))
 
@@ -358,6 +360,17 @@ class _Graph:
             return None, ()
         return equation.when, self._arguments([equation.when], number, values)
 
+    def _error_arguments(
+        self, number: int, values: dict[str, int], solved: str = ""
+    ) -> tuple[tuple[str, int], ...]:
+        """Return what the errors of an equation read, but for what nothing tells here."""
+        names = {name for error in self.system.equations[number].errors for name in symbols(error)}
+        found: dict[str, int] = {}
+        for name in names - {solved}:
+            with suppress(_UnsolvableError):
+                found.update(self._arguments([Symbol(name)], number, values))
+        return tuple(sorted(found.items()))
+
     def _add_step(self, number: int, name: str, values: dict[str, int]) -> int:
         equation = self.system.equations[number]
         gate, gate_arguments = self._gate(equation, number, values)
@@ -378,7 +391,7 @@ class _Graph:
         arguments = self._arguments(roots, number, values)
         near = self._near((name,)) if len(roots) > 1 else ()
         node = Node("solve", number, (name,), roots, arguments, gate, gate_arguments, near)
-        return self._add(node)
+        return self._add(replace(node, error_arguments=self._error_arguments(number, values, name)))
 
     def _add_loop(
         self, block: tuple[int, ...], solved: Mapping[int, str], values: dict[str, int]
@@ -437,9 +450,8 @@ class _Graph:
             return self._add_difference(number, slope, given, gate, gate_arguments)
         expression = subtract(equation.right, equation.left)
         arguments = self._arguments([expression], number, values)
-        return self._add(
-            Node("residual", number, (), (expression,), arguments, gate, gate_arguments)
-        )
+        node = Node("residual", number, (), (expression,), arguments, gate, gate_arguments)
+        return self._add(replace(node, error_arguments=self._error_arguments(number, values)))
 
     def _add_slope(
         self,

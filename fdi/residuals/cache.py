@@ -46,7 +46,9 @@ def cached_bank(
 
 def _holds_code(system: System) -> bool:
     """Return whether an equation uses a function that Python handed over: that is kept nowhere."""
-    sides = (side for e in system.equations for side in (e.left, e.right, e.when) if side)
+    sides = (
+        side for e in system.equations for side in (e.left, e.right, e.when, *e.errors) if side
+    )
     return any(
         isinstance(node, Apply) and isinstance(node.operator, Given)
         for side in sides
@@ -67,6 +69,7 @@ def _depends_on(system: System) -> str:
             encode(e.right),
             dict(e.edges),
             encode(e.when),
+            [encode(error) for error in e.errors],
             e.cost,
             e.measurement and _shown(e.measurement),
         ]
@@ -130,8 +133,9 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
     system = bank.system
     _require(0 <= node.equation < len(system.equations))
     _require(all(name in system.variables for name in node.variables))
-    _require(all(0 <= i < number for i in node.reads))
-    given = [bank.nodes[i].kind for i in node.reads]
+    _require(all(0 <= i < number for i in node.uses))
+    _require(all(name in system.variables for name, _ in node.error_arguments))
+    given = [bank.nodes[i].kind for i in node.uses]
     _require(all(bank.nodes[i].kind == "channel" for _, i in node.near))
     _require(
         {"residual", "observer"}.isdisjoint(given) and ("loop" not in given or node.kind == "part")

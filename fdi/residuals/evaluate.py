@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
 from fdi.model.expression import Symbol, symbols
 from fdi.model.parts import Measurement
-from fdi.model.system import System
+from fdi.model.system import System, SystemEquation
 from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
 from fdi.residuals.newton import choose, solve_loop, solve_moved
@@ -105,7 +105,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             response[row] = _response(value, context.system)
             if value.ambiguous is not None:
                 ambiguous[row] = value.ambiguous
-        for used in set(node.reads):
+        for used in set(node.uses):
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
@@ -157,7 +157,7 @@ def _has_several_clocks(value: Value, context: Context) -> bool:
 
 
 def _last_uses(nodes: Sequence[Node]) -> dict[int, int]:
-    return {used: number for number, node in enumerate(nodes) for used in node.reads}
+    return {used: number for number, node in enumerate(nodes) for used in node.uses}
 
 
 def _sum(effects: Effects, kind: str, size: int) -> Floats:
@@ -327,21 +327,36 @@ def _function(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         constant = 0.0
     if constant and context.spreads:
         effects["offset", -1 - node.equation, 0] = np.full(len(column), constant)
-    if (
-        (equation.scale or equation.swings)
-        and context.spreads
-        and isinstance(equation.left, Symbol)
-    ):
-        left = column if equation.left.name in node.variables else given[equation.left.name]
-        variable = system.variables[equation.left.name]
-        change = _since_beginning(left, context, variable.circular)
-        turned = 2 * np.abs(np.sin(change / 2))
-        off = equation.swings * turned if equation.swings else equation.scale * np.abs(change)
-        effects["noise", -1 - node.equation, 0] = off
-        if equation.swings:
-            effects["swing", -1 - node.equation, 0] = turned
+    if context.spreads:
+        own = dict.fromkeys(node.variables, column)
+        effects |= _strays(equation, node, done, given | own, context)
     ahead = max((value.ahead for value in arguments.values()), default=0)
     return Value(column, effects, ahead, ambiguous=ambiguous)
+
+
+def _strays(
+    equation: SystemEquation,
+    node: Node,
+    done: Mapping[int, Value],
+    known: Mapping[str, Floats],
+    context: Context,
+) -> Effects:
+    """Return what an equation is off by otherwise than in the first seconds, by its own account."""
+    effects: Effects = {}
+    number = -1 - node.equation
+    if equation.swings and isinstance(equation.left, Symbol):
+        change = _since_beginning(known[equation.left.name], context, circular=True)
+        turned = 2 * np.abs(np.sin(change / 2))
+        effects["noise", number, 0] = equation.swings * turned
+        effects["swing", number, 0] = turned
+    read = {name: done[i].column for name, i in node.error_arguments if i in done}
+    columns = {**context.constants, **read, **known}
+    for place, error in enumerate(equation.errors, 1):
+        if columns.keys() >= set(symbols(error)):
+            value = np.broadcast_to(evaluate(error, columns), len(context.signals.t))
+            change = _since_beginning(value, context, circular=False)
+            effects["noise", number, place] = np.abs(change)
+    return effects
 
 
 def _since_beginning(column: Floats, context: Context, circular: bool) -> Floats:

@@ -38,6 +38,8 @@ class Node:
         Where the equations hold; elsewhere the value is unknown.
     gate_arguments : tuple of (str, int)
         Likewise for the gate.
+    error_arguments : tuple of (str, int)
+        Likewise for what the equation may be wrong by, which is no part of its value.
     near : tuple of (str, int)
         The channels that show what it gives, to tell several solutions apart.
     states : int
@@ -61,8 +63,14 @@ class Node:
     states: int = 0
     by: tuple[int, ...] = ()
     blocks: tuple[int, ...] = ()
+    error_arguments: tuple[tuple[str, int], ...] = ()
 
     @property
     def reads(self) -> tuple[int, ...]:
-        """Return the nodes whose columns it is computed from."""
+        """Return the nodes whose columns its own is computed from."""
         return tuple(number for _, number in (*self.arguments, *self.gate_arguments, *self.near))
+
+    @property
+    def uses(self) -> tuple[int, ...]:
+        """Return the nodes that its column and how far that may be off are computed from."""
+        return (*self.reads, *(number for _, number in self.error_arguments))

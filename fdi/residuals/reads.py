@@ -10,13 +10,13 @@ data do not know for what they are read. A column reads the fields of its messag
 its validity are made of; behind a slope also those by which the message reports its accuracy, since
 a slope is unknown where its inputs do not determine it.
 
-What decides how far a residual may stray (the accuracy that a message reports) is not in it, nor is
-the flight state, which is no channel.
+What decides how far a residual may stray (the accuracy that a message reports, the error of an
+equation) is not in it, nor is the flight state, which is no channel.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from fdi.model.parts import read_by
 from fdi.model.system import System
@@ -26,14 +26,23 @@ from fdi.telemetry import Channel
 
 def needed_for(nodes: Sequence[Node], number: int) -> list[int]:
     """Return the numbers of the nodes that a node needs, itself included, ascending."""
-    needed: set[int] = set()
+    return _closed(number, lambda own: nodes[own].uses)
+
+
+def _behind(nodes: Sequence[Node], number: int) -> list[int]:
+    """Return the numbers of the nodes that a node's value depends on, likewise."""
+    return _closed(number, lambda own: nodes[own].reads)
+
+
+def _closed(number: int, following: Callable[[int], Iterable[int]]) -> list[int]:
+    found: set[int] = set()
     stack = [number]
     while stack:
         own = stack.pop()
-        if own not in needed:
-            needed.add(own)
-            stack.extend(nodes[own].reads)
-    return sorted(needed)
+        if own not in found:
+            found.add(own)
+            stack.extend(following(own))
+    return sorted(found)
 
 
 def channels_read(system: System, nodes: Sequence[Node], number: int) -> tuple[Channel, ...]:
@@ -47,9 +56,9 @@ def channels_read(system: System, nodes: Sequence[Node], number: int) -> tuple[C
     number : int
         Of the node.
     """
-    needed = needed_for(nodes, number)
+    needed = _behind(nodes, number)
     sloped = {
-        below for own in needed if nodes[own].kind == "slope" for below in needed_for(nodes, own)
+        below for own in needed if nodes[own].kind == "slope" for below in _behind(nodes, own)
     }
     found: dict[Channel, None] = {}
     for own in needed:
@@ -72,7 +81,7 @@ def faults_reaching(
     equations : sequence of int
         Those that are solved on the way: of a loop only the first is a node's.
     """
-    used = {*equations, *(nodes[own].equation for own in needed_for(nodes, number))}
+    used = {*equations, *(nodes[own].equation for own in _behind(nodes, number))}
     read = set(channels_read(system, nodes, number))
     shown = [system.equations[fault.equation].measurement for fault in system.faults]
     return frozenset(

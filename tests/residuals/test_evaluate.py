@@ -1,10 +1,12 @@
 """A whole small model: what residuals show of a fault, and how far they stray without one."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fdi.errors import ModelError
 from fdi.model.parts import Kind
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.rules import Reason
@@ -252,8 +254,10 @@ def test_values_cannot_be_written(bank):
         found.values[0, 0] = 1.0
 
 
-def test_scale_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_path):
-    text = GLIDER.replace("  k_3:", '  k_4: {text: "h = 2*lift", solves: [h], scale: 0.1}\n  k_3:')
+def test_an_error_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_path):
+    text = GLIDER.replace(
+        "  k_3:", '  k_4: {text: "h = 2*lift", solves: [h], error: 0.1*h}\n  k_3:'
+    )
     text = text.replace("  climb: {unit: m/s}\n", "  climb: {unit: m/s}\n  lift: {unit: m}\n", 1)
     vy = "      vy: {variable: v_e, accuracy: 0.2 m/s}\n"
     text = text.replace(vy, vy + "      z: {variable: lift, accuracy: 0.1 m}\n")
@@ -266,6 +270,58 @@ def test_scale_lets_a_quantity_stray_with_its_change_since_the_beginning(tmp_pat
     median = np.median(columns["VFR_HUD.alt"][: round(20 * RATE)])
     expected = np.sqrt(0.1**2 + 0.2**2 + (0.1 * (columns["VFR_HUD.alt"] - median)) ** 2)
     assert found.spread[place] == pytest.approx(expected, rel=1e-6)
+
+
+def strayed(tmp_path, error):
+    """The spread of two heights against each other, with an error of one of them, and columns."""
+    stated = f'  k_4: {{text: "h = 2*lift", error: {error}}}\n  k_5: unseen = also\n  k_3:'
+    text = GLIDER.replace("  k_3:", stated)
+    more = "  climb: {unit: m/s}\n  lift: {unit: m}\n  unseen: {unit: m/s}\n  also: {unit: m/s}\n"
+    text = text.replace("  climb: {unit: m/s}\n", more, 1)
+    vy = "      vy: {variable: v_e, accuracy: 0.2 m/s}\n"
+    text = text.replace(vy, vy + "      z: {variable: lift, accuracy: 0.1 m}\n")
+    text = text.replace("parameters:\n", "parameters:\n  lag: {value: 0.3, unit: s}\n")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    columns = truth(400)
+    columns["LOCAL_POSITION_NED.z"] = columns["VFR_HUD.alt"] / 2
+    columns["LOCAL_POSITION_NED.vx"][200:] = 15.0
+    pair = {"VFR_HUD.alt", "LOCAL_POSITION_NED.z"}
+    (place,) = [i for i, g in enumerate(bank.generators) if set(g.faults) == pair]
+    return bank, place, run(bank, columns).spread[place], columns
+
+
+def test_an_error_may_depend_on_what_the_test_does_not(tmp_path):
+    """Only its change since the beginning counts, and no fault of what it reads is in the test."""
+    bank, place, spread, _ = strayed(tmp_path, "lag*v_n")
+    faster = np.where(np.arange(400) < 200, 0.0, 0.3 * 6.0)
+    assert spread == pytest.approx(np.sqrt(0.1**2 + 0.2**2 + faster**2), rel=1e-6)
+    assert not any("vx" in name for name in bank.signature_names()[place])
+
+
+def test_errors_are_independent_of_each_other(tmp_path):
+    _, _, spread, columns = strayed(tmp_path, "[0.1*h, lag*v_n]")
+    high = columns["VFR_HUD.alt"]
+    climbed = 0.1 * (high - np.median(high[: round(20 * RATE)]))
+    faster = np.where(np.arange(400) < 200, 0.0, 0.3 * 6.0)
+    assert spread == pytest.approx(np.sqrt(0.1**2 + 0.2**2 + climbed**2 + faster**2), rel=1e-6)
+
+
+def test_an_error_that_nothing_tells_is_left_out(tmp_path):
+    _, _, spread, _ = strayed(tmp_path, "[lag*unseen, 0.1*h]")
+    assert np.isfinite(spread).all()
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        ("v_n", "unit mismatch: h"),
+        ("der(h)", "der(x) stands alone"),
+        ("lag*wind", "unknown symbol 'wind'"),
+    ],
+)
+def test_an_error_has_the_unit_of_the_statement_and_known_names(tmp_path, error, said):
+    with pytest.raises(ModelError, match=re.escape(said)):
+        strayed(tmp_path, error)
 
 
 def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):

@@ -24,6 +24,8 @@ QUIET: Final = 2e-3
 """rad/s; telemetry tells rates in thousandths."""
 ALIKE: Final = 0.02
 """Of a turn, by which two units may differ: scale and alignment (data sheets: 1 to 3 %)."""
+LOOP_S: Final = 1 / 400
+"""s; a loop of the autopilot, within which two units that are recorded together were read."""
 LATE: Final = 0.2
 """Of the first unit's period within which the second one must be read."""
 
@@ -50,8 +52,12 @@ def twins_growth(log: Log, air: tuple[float, float]) -> tuple[Floats, Floats] | 
     off = own - other
     off = off - np.nanmedian(off[:, begins], axis=1)[:, None]
     square = np.where(np.isfinite(late), (off**2).sum(axis=0), np.nan)
-    faster = np.gradient(own, t, axis=1) * np.nan_to_num(late)
-    allowed = ((ALIKE * own) ** 2 + faster**2).sum(axis=0)
+    # what both show is a turn: one that shakes alone does not widen what it is allowed
+    turn = np.minimum(np.abs(own), np.abs(other))
+    steps = np.minimum(*(np.abs(np.diff(each, axis=1)) for each in (own, other))) / np.diff(t)
+    faster = np.maximum(np.pad(steps, ((0, 0), (0, 1))), np.pad(steps, ((0, 0), (1, 0))))
+    apart = np.nan_to_num(late) + LOOP_S
+    allowed = ((ALIKE * turn) ** 2 + (faster * apart) ** 2).sum(axis=0)
     mean, turned = trailing_mean(t, square), trailing_mean(t, allowed)
     level = max(float(np.nanmedian(mean[begins])), QUIET**2)
     return t, 10.0 * np.log10(np.maximum(mean, (QUIET / 100) ** 2) / (level + turned))

@@ -12,7 +12,7 @@ from fdi.methods.heading.forces import BIAS, LEANS, force_pair
 from fdi.methods.heading.increments import STATED, WINDOW_S
 from fdi.methods.heading.motion import FIX_LATE_S, Ride
 from fdi.methods.heading.tilt import G
-from fdi.methods.heading.twins import LATE, twins_growth
+from fdi.methods.heading.twins import LATE, LOOP_S, twins_growth
 from fdi.telemetry import Log, Message
 from fdi.telemetry.message import Column
 from fdi.units import si
@@ -202,6 +202,22 @@ def test_units_that_differ_in_scale_do_not_grow_apart_in_turns(healthy: Log) -> 
     rates = np.array([first.si(axis) for axis in ("xgyro", "ygyro", "zgyro")])
     _, grown = growth(with_second(healthy, 0.02 * rates))
     assert np.nanmax(grown) < 6.0
+
+
+def test_units_that_are_read_within_a_loop_of_each_other_do_not_grow_apart_in_a_shaking(
+    healthy: Log,
+) -> None:
+    """An oscillation of 1 rad/s at 4 Hz, read 2.5 ms apart, differs by 0.06 rad/s."""
+    t = healthy["RAW_IMU"].t
+    shaking = (t >= FAILS) * np.exp(2j * np.pi * 4.0 * t)
+    later_read = shaking * np.exp(2j * np.pi * 4.0 * LOOP_S)
+    axes = ("xgyro", "ygyro", "zgyro")
+    log = altered(healthy, "RAW_IMU", **{axis: lambda _, own: own + shaking.real for axis in axes})
+    differ = np.tile(later_read.real - shaking.real, (3, 1))
+    at, grown = growth(with_second(log, differ))
+    assert np.nanmax(grown) < 6.0
+    _, alone = growth(with_second(healthy, np.tile(later_read.real, (3, 1))))
+    assert np.nanmin(alone[at > FAILS + 5]) > 12.0  # one of them shakes, the vehicle does not
 
 
 def test_units_that_are_read_apart_tell_nothing(healthy: Log) -> None:
