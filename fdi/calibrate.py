@@ -153,7 +153,12 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
             hint="leave it out",
         )
     bounds = learn(residuals, recipe.decision)
-    alarms = judge(residuals, bounds, recipe.decision, Use(recipe.marking, recipe.accuse))
+    alarms = judge(
+        residuals,
+        bounds,
+        recipe.decision,
+        Use(recipe.marking, recipe.accuse, recipe.decision.mean_s),
+    )
     accused = strongest(alarms)
     for component, onset, strength in accused:
         if strength > FAR:

@@ -19,10 +19,14 @@ Marking = Literal["majority", "all_residuals"]
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What the diagnosis is to make of alarms: when it marks a fault, and whether it accuses."""
+    """What the diagnosis is to make of alarms: when it marks a fault, and whether it accuses.
+
+    ``mean_s``: over how long a change must last to show whole in a trailing mean.
+    """
 
     marking: Marking
     accuse: bool
+    mean_s: float = 10.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -95,7 +95,9 @@ class Policy(Shown):
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
         _, decide = DETECTORS[self.decision.method]
-        return decide(self.decision, residuals, Use(self.marking, self.accuse))
+        return decide(
+            self.decision, residuals, Use(self.marking, self.accuse, self.decision.mean_s)
+        )
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None

@@ -12,13 +12,15 @@ lasting change from which on its faults would have shown. Ruled out is who
 - does not end the log with its failure (``ends_log`` of the model) unless the flight ended with a
   landing.
 
+Where it did not, the size counts for what began early enough to show, which is said.
+
 The trap: a false exoneration does more harm than none. Whatever is in doubt stays open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -91,7 +93,8 @@ def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[Ruled
             continue
         found = _cleared(component, faults, sight)
         if found is not None:
-            result.append(found)
+            late = f", had it begun {alarms.use.mean_s:g} s before the end or earlier"
+            result.append(found if well else replace(found, text=found.text + late))
     return tuple(sorted(result, key=lambda item: item.component))
 
 

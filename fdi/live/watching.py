@@ -185,7 +185,7 @@ class Watching:
         recipe, policy = learned.chain.policy.decision, learned.chain.policy
         assert isinstance(recipe, PredictedSpread)
         bounds = held_against(residuals, learned.told, recipe)
-        use = Use(policy.marking, policy.accuse)
+        use = Use(policy.marking, policy.accuse, policy.decision.mean_s)
         return self._tell(judge(residuals, bounds, recipe, use, learned.scale), offset)
 
     def _residuals(self, hearing: Hearing, learned: Learned) -> tuple[Residuals | None, float]:

@@ -124,6 +124,17 @@ def test_what_ends_the_log_is_not_cleared_by_a_log_that_ends_in_the_air():
         assert ("baro" in [one.component for one in diagnose(alarms, bank).ruled_out]) == cleared
 
 
+def test_after_a_bad_end_it_is_said_that_the_last_seconds_are_not_cleared():
+    for flights, how, late in (
+        ((Flight(0, 100, takeoff=5.0, landing=90.0),), "landed", ""),
+        ((Flight(0, 100, takeoff=5.0),), "in_air", ", had it begun 10 s before the end or earlier"),
+    ):
+        alarms = alarms_of(BANK, {}, flights=flights, ends=(FlightEnd(0, how, 90.0),))
+        texts = [one.text for one in diagnose(alarms, BANK).ruled_out]
+        assert texts
+        assert all(text.endswith(f"would have shown{late}") for text in texts)
+
+
 def test_a_test_that_is_silent_or_triggered_in_the_last_seconds_clears_nobody():
     whole = answer({}, ends=(FlightEnd(0, "landed", 90.0),))
     assert "sun" in [one.component for one in whole.ruled_out]
