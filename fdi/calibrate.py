@@ -19,7 +19,7 @@ from typing import Final
 
 from fdi.chain import Chain, residuals_of
 from fdi.decision import Policy, load_policy
-from fdi.decision.alarms import Alarms, Use
+from fdi.decision.alarms import Alarms
 from fdi.decision.bounds import learn
 from fdi.decision.judging import judge
 from fdi.decision.learned import Reached, learned_from, reached, rounded
@@ -153,12 +153,7 @@ def _fly(path: str | Path, model: str | Path, recipe: Policy) -> Flown:
             hint="leave it out",
         )
     bounds = learn(residuals, recipe.decision)
-    alarms = judge(
-        residuals,
-        bounds,
-        recipe.decision,
-        Use(recipe.marking, recipe.accuse, recipe.decision.mean_s),
-    )
+    alarms = judge(residuals, bounds, recipe.decision, recipe.use)
     accused = strongest(alarms)
     for component, onset, strength in accused:
         if strength > FAR:

@@ -21,12 +21,12 @@ Marking = Literal["majority", "all_residuals"]
 class Use:
     """What the diagnosis is to make of alarms: when it marks a fault, and whether it accuses.
 
-    ``mean_s``: over how long a change must last to show whole in a trailing mean.
+    ``mean_s``: how long a change must last to show whole, in the means where these are taken.
     """
 
     marking: Marking
     accuse: bool
-    mean_s: float = 10.0
+    mean_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -95,9 +95,13 @@ class Policy(Shown):
     def decide(self, residuals: Residuals) -> Alarms:
         """Return which residuals are beyond their threshold, and when."""
         _, decide = DETECTORS[self.decision.method]
-        return decide(
-            self.decision, residuals, Use(self.marking, self.accuse, self.decision.mean_s)
-        )
+        return decide(self.decision, residuals, self.use)
+
+    @property
+    def use(self) -> Use:
+        """Return its word to the diagnosis."""
+        lasts = self.decision.mean_s if isinstance(self.decision, PredictedSpread) else 0.0
+        return Use(self.marking, self.accuse, lasts)
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None

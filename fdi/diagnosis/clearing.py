@@ -86,15 +86,15 @@ def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[Ruled
     length = round(LOOKED_AT_S * alarms.residuals.signals.rate_hz)
     span = slice(max(int(place[0]), int(place[-1]) + 1 - length), int(place[-1]) + 1)
     sight = _Sight(stretch(alarms.residuals, span), _bounds(alarms, span), able, against)
-    well = ended_well(alarms)
+    well, lasts = ended_well(alarms), alarms.use.mean_s
     result = []
     for component, faults in faults_by_component(bank).items():
         if component in named or (not well and bank.system.components[component].ends_log):
             continue
         found = _cleared(component, faults, sight)
         if found is not None:
-            late = f", had it begun {alarms.use.mean_s:g} s before the end or earlier"
-            result.append(found if well else replace(found, text=found.text + late))
+            late = "" if well else f", had it begun {lasts:g} s before the end or earlier"
+            result.append(replace(found, text=found.text + late) if lasts else found)
     return tuple(sorted(result, key=lambda item: item.component))
 
 

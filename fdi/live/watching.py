@@ -27,7 +27,6 @@ import numpy as np
 
 from fdi.chain import Chain, residuals_of
 from fdi.decision import Alarms, Policy, load_policy
-from fdi.decision.alarms import Use
 from fdi.decision.bounds import Told, held_against, told_by
 from fdi.decision.judging import judge
 from fdi.decision.recipes import PredictedSpread
@@ -185,8 +184,7 @@ class Watching:
         recipe, policy = learned.chain.policy.decision, learned.chain.policy
         assert isinstance(recipe, PredictedSpread)
         bounds = held_against(residuals, learned.told, recipe)
-        use = Use(policy.marking, policy.accuse, policy.decision.mean_s)
-        return self._tell(judge(residuals, bounds, recipe, use, learned.scale), offset)
+        return self._tell(judge(residuals, bounds, recipe, policy.use, learned.scale), offset)
 
     def _residuals(self, hearing: Hearing, learned: Learned) -> tuple[Residuals | None, float]:
         """Return the residuals over the window, and what makes s since boot of its times."""

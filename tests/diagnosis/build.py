@@ -7,7 +7,6 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fdi.decision import Alarms, load_policy
-from fdi.decision.alarms import Use
 from fdi.diagnosis.likelihood import Fitted
 from fdi.model import load_airframe
 from fdi.residuals import Residuals, build_bank
@@ -128,7 +127,7 @@ def alarms_of(
     threshold = np.full(state.shape, THRESHOLD)
     made = Alarms(
         residuals,
-        Use(policy.marking, policy.accuse),
+        policy.use,
         threshold,
         zero,
         state,
