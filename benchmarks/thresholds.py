@@ -47,7 +47,7 @@ def thresholds(path: Path, policy: str = "default") -> Found:
     residuals, recipe = chain.residuals, load_policy(policy).decision
     bounds = learn(residuals, recipe)
     reference = reference_mask(residuals.signals, recipe.reference_s)
-    off = bounds.strayed(residuals.values)[0]
+    off = bounds.told.strayed(residuals.values)[0]
     equations = residuals.bank.system.equations
     found = []
     for row, generator in enumerate(residuals.bank.generators):

@@ -60,7 +60,9 @@ class Told:
     stray : (r,) float
         Least tolerance.
     factor : (r,) float
-        By which the threshold of noise is off what the spread says.
+        By which the threshold of noise is beyond the spread.
+    calm, quieter : (r,) float
+        The spread that is predicted for the beginning, and what of it the residual really has.
     mean_most : (r,) float
         What the trailing mean may reach, over that of the spread; NaN where it is not judged.
     """
@@ -73,11 +75,24 @@ class Told:
     level: Floats
     stray: Floats
     factor: Floats
+    calm: Floats
+    quieter: Floats
     mean_most: Floats
 
     def strayed(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how far residuals are off their centre, and the size of what counts of that."""
         return strayed(values, self.centre, self.circular, self.side)
+
+    def noise(self, spread: Floats) -> Floats:
+        """Return the threshold of noise, (r, n).
+
+        A residual that is quieter in the beginning than was predicted is so later as well; what
+        manoeuvres add to the prediction a calm beginning does not tell.
+        """
+        calm = np.fmin(spread, self.calm[:, None])
+        less = (1.0 - self.quieter**2)[:, None] * calm**2
+        noise: Floats = self.factor[:, None] * np.sqrt(spread**2 - less)
+        return noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,7 +184,9 @@ def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
         unfit,
         np.where(steady & ~stated, levels(rough, reference), np.nan),
         stray,
-        scale * recipe.sigmas * factor,
+        scale * recipe.sigmas * np.maximum(factor, 1.0),
+        _usual(spread, reference),
+        np.minimum(factor, 1.0),
         scale * _mean_bounds(mean, count, recipe),
     )
 
@@ -190,12 +207,21 @@ def held_against(residuals: Residuals, told: Told, recipe: PredictedSpread) -> B
     return Bounds(
         told,
         tolerance,
-        told.factor[:, None] * spread,
+        told.noise(spread),
         spread,
         settled,
         mean_spread,
         told.mean_most[:, None] * mean_spread,
     )
+
+
+def _usual(spread: Floats, reference: NDArray[np.bool_]) -> Floats:
+    """Return the median of each row where it is known, (r,), NaN where it never is."""
+    known = np.where(np.isfinite(spread), spread, np.nan)[:, reference]
+    found = np.full(len(known), np.nan)
+    some = np.isfinite(known).any(axis=1)
+    found[some] = np.nanmedian(known[some], axis=1)
+    return found
 
 
 def _swung(residuals: Residuals, centre: Floats) -> Floats:

@@ -24,8 +24,8 @@ RECIPE = DEFAULT.decision
 LEAST = round(RECIPE.persistence_s * RATE)  # samples in a row that make an alarm
 MINUTE = round(60 * RATE)
 HALF_HOUR = 30 * MINUTE
-SUDDEN = replace(DEFAULT, decision=replace(RECIPE, mean_least=1e9, mean_most=1e9))
-"""The default without its look at means."""
+SUDDEN = replace(DEFAULT, decision=replace(RECIPE, mean_least=1e9, mean_most=1e9, least_factor=0.5))
+"""The default without its look at means; without noise its threshold is 2.5 spreads."""
 
 
 def noise(n, seed=0):
@@ -366,6 +366,19 @@ def test_factor_is_the_measured_spread_within_its_bounds(size):
     found = factor(size * noise(10 * MINUTE))
     assert found == pytest.approx(np.clip(size, RECIPE.least_factor, RECIPE.most_factor), rel=0.12)
     assert RECIPE.least_factor <= found <= RECIPE.most_factor
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 2.0])
+def test_what_a_manoeuvre_adds_to_the_spread_a_calm_beginning_does_not_narrow(share):
+    """Quieter than stated: a spread of 5 is a noise of 3 times the share, and a turn's 4."""
+    n = 10 * MINUTE
+    turning = np.arange(n) > 8 * MINUTE
+    spread = np.where(turning, 5.0, 3.0)
+    values = np.where(turning, 5.0, 3.0) * share * noise(n)
+    threshold = DEFAULT.decide(residuals(values, spread=spread)).threshold[0] / RECIPE.sigmas
+    assert threshold[0] == pytest.approx(3.0 * share, rel=0.12)
+    expected = np.hypot(3.0 * share, 4.0) if share < 1 else 5.0 * share
+    assert threshold[-1] == pytest.approx(expected, rel=0.12)
 
 
 @pytest.mark.parametrize("start", [0.1, 0.3, 0.6])
