@@ -93,7 +93,7 @@ def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[Ruled
             continue
         found = _cleared(component, faults, sight)
         if found is not None:
-            late = "" if well else f", had it begun {lasts:g} s before the end or earlier"
+            late = "" if well else f" until {lasts:g} s before the end"
             result.append(replace(found, text=found.text + late) if lasts else found)
     return tuple(sorted(result, key=lambda item: item.component))
 

@@ -69,8 +69,9 @@ def _why(
         return "it may have ended a log that ends without a landing"
     able, against = tests
     if against[ran].any():
-        count = f"{against[ran].sum()} of its {len(ran)} tests"
-        return f"{count} scatter more than at first, or raised an alarm on the ground"
+        many = against[ran].sum()
+        count = f"{many} of its {len(ran)} tests {'scatters' if many == 1 else 'scatter'}"
+        return f"{count} more than at first, or raised an alarm on the ground"
     if not able[ran].all():
         return f"{(~able[ran]).sum()} of its {len(ran)} tests did not run all the way to the end"
     return "its tests do not say how small a fault of it they would show"

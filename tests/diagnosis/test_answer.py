@@ -42,7 +42,7 @@ def test_component_is_ruled_out_by_its_tests_that_stayed_quiet():
     found = {item.component: item for item in answer({SKY: [(40, 60)]}).ruled_out}
     assert set(found) == {"gps", "baro", "radar"}
     assert set(found["gps"].residuals) <= {BANK.generators[place].id for place in GPS}
-    said = "a lasting change of 2 m would have shown, had it begun 10 s before the end or earlier"
+    said = "a lasting change of 2 m would have shown until 10 s before the end"
     assert found["gps"].text == said
     (size,) = found["gps"].would_show
     assert (size.fault, size.unit) == ("GPS.x", "m")

@@ -127,7 +127,7 @@ def test_what_ends_the_log_is_not_cleared_by_a_log_that_ends_in_the_air():
 def test_after_a_bad_end_it_is_said_that_the_last_seconds_are_not_cleared():
     for flights, how, late in (
         ((Flight(0, 100, takeoff=5.0, landing=90.0),), "landed", ""),
-        ((Flight(0, 100, takeoff=5.0),), "in_air", ", had it begun 10 s before the end or earlier"),
+        ((Flight(0, 100, takeoff=5.0),), "in_air", " until 10 s before the end"),
     ):
         alarms = alarms_of(BANK, {}, flights=flights, ends=(FlightEnd(0, how, 90.0),))
         texts = [one.text for one in diagnose(alarms, BANK).ruled_out]

@@ -75,7 +75,7 @@ def test_an_alarm_is_told_before_what_left_health_earlier():
 
 def test_an_alarm_on_the_ground_is_told_as_that():
     said = why("gps", {BARO: [(5, 15)]}, flights=FLOWN)
-    assert said == "1 of its 2 tests scatter more than at first, or raised an alarm on the ground"
+    assert said == "1 of its 2 tests scatters more than at first, or raised an alarm on the ground"
 
 
 def test_who_has_no_test_that_ran_is_told_so():
