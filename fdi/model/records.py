@@ -22,6 +22,8 @@ RECENT_S: Final = 3.0
 """The last seconds: longer than a command needs to change, shorter than a vehicle takes to."""
 WILD: Final = 1e100
 """Squares of more are none."""
+SAME_S: Final = 1e-6
+"""Nearer stamps are one: another clock, rounded otherwise, must not move a record out of a while."""
 GAP_PERIODS: Final = 3.0
 GAP_S: Final = 1.0
 """A gap is longer than both: nothing is known of what lies in it."""
@@ -49,7 +51,7 @@ def recent(t: Column, values: Column) -> Floats:
     Unknown records do not count; without so many seconds of records before it, it is unknown.
     """
     known = np.isfinite(values)
-    first = np.searchsorted(t, t - RECENT_S, side="right")
+    first = np.searchsorted(t, t - RECENT_S + SAME_S, side="right")
     last = np.arange(1, len(t) + 1)
     total = sums_between(np.where(known, values, 0.0), first, last)
     number = sums_between(known.astype(float), first, last)
@@ -71,7 +73,7 @@ def change(t: Column, values: Column, seconds: float) -> Floats:
     found = np.full(len(t), np.nan)
     if len(at):
         own, before = values[known], at - seconds
-        found[known] = np.where(before >= ended, own - np.interp(before, at, own), np.nan)
+        found[known] = np.where(before >= ended - SAME_S, own - np.interp(before, at, own), np.nan)
     return found
 
 
@@ -96,7 +98,7 @@ def integral(t: Column, values: Column, seconds: float) -> Floats:
     whole = sums_between(steps, first, np.maximum(place, first + 1))
     part = (at[first] - before) * (np.interp(before, at, own) + own[first]) / 2
     total = np.where(first < place, whole, 0.0) + part
-    found[known] = np.where(before >= ended, total, np.nan)
+    found[known] = np.where(before >= ended - SAME_S, total, np.nan)
     return found
 
 
@@ -125,10 +127,10 @@ def sampled(t: Column, values: Column, seconds: float) -> Floats:
     off = np.concatenate([[0.0], np.clip(off, -WILD, WILD) ** 2 / 1.5, [0.0]])
     first, last, before = _newest(at, seconds)
     square = sums_between(off, first, last) / before / (before + 1)
-    earlier = [np.searchsorted(at, at - k * seconds, side="right") - 1 for k in (1, 2)]
+    earlier = [np.searchsorted(at, at - k * seconds + SAME_S, side="right") - 1 for k in (1, 2)]
     three = [square, *(np.where(e > 0, square[np.maximum(e, 0)], square) for e in earlier)]
     error = np.sqrt(np.median(three, axis=0))
-    found[known] = np.where(at - seconds >= ended, error, np.nan)
+    found[known] = np.where(at - seconds >= ended - SAME_S, error, np.nan)
     return found
 
 
@@ -155,7 +157,7 @@ def noise(t: Column, values: Column, seconds: float) -> Floats:
     sizes = np.minimum(np.abs(off), WILD) / spread * np.sqrt(np.pi / 2)
     first, last, before = _newest(at, seconds)
     mean = sums_between(np.concatenate([[0.0], sizes, [0.0]]), first, last) / before
-    found[known] = np.where(at - seconds >= ended, mean, np.nan)
+    found[known] = np.where(at - seconds >= ended - SAME_S, mean, np.nan)
     return found
 
 
@@ -173,9 +175,9 @@ def span(t: Column, values: Column, seconds: float) -> Floats:
     found = np.full(len(t), np.nan)
     if len(at):
         own, place = values[known], np.arange(len(at))
-        first = np.searchsorted(at, at - seconds)
+        first = np.searchsorted(at, at - seconds - SAME_S)
         highest, lowest = largest_between(own, first, place), largest_between(-own, first, place)
-        found[known] = np.where(at - seconds >= ended, highest + lowest, np.nan)
+        found[known] = np.where(at - seconds >= ended - SAME_S, highest + lowest, np.nan)
     return found
 
 
@@ -196,7 +198,8 @@ def _newest(at: Floats, seconds: float) -> tuple[NDArray[np.intp], NDArray[np.in
     And how many these are, at least 1: the newest has no neighbour yet, and counts as those before.
     """
     place = np.arange(len(at))
-    first = np.minimum(np.searchsorted(at, at - seconds, side="right"), np.maximum(place - 1, 0))
+    begun = np.searchsorted(at, at - seconds + SAME_S, side="right")
+    first = np.minimum(begun, np.maximum(place - 1, 0))
     return first, np.maximum(place, first + 1), np.maximum(place - first, 1)
 
 

@@ -212,6 +212,16 @@ def test_a_wild_value_spoils_the_windows_alone_that_hold_it(function, times, pla
 
 
 @ALL
+@pytest.mark.parametrize("clock", [0.1, 1e3 + 1 / 3, 1.6e9])
+def test_another_clock_changes_nothing(function, clock):
+    """Also where a record lies at the very edge of the while: stamps are rounded otherwise."""
+    t = np.arange(0.0, 30.0, 0.25)
+    values = np.random.default_rng(3).normal(size=t.size)
+    found = of(function, t + clock, values)
+    np.testing.assert_allclose(found, of(function, t, values), rtol=0, atol=1e-5)
+
+
+@ALL
 @pytest.mark.parametrize("values", [[], [1.0], [np.nan], [np.nan, np.nan], [1.0, np.nan]])
 def test_too_few_records_are_unknown(function, values):
     found = of(function, np.arange(len(values)) * 0.5, values)
