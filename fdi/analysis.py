@@ -187,16 +187,21 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
 
 
 def _stopped(log: Log, system: System) -> Iterator[str]:
-    """Yield the messages of the model that stop long before the last of them."""
+    """Yield the messages of the model that stop long before the last; those together in a line."""
     read = sorted({reading.channel.source for reading in system.channels})
     used = {source: log[source].t for source in read if source in log}  # not what a method makes
     end = max((t[-1] for t in used.values() if len(t)), default=0.0)
-    for source, t in used.items():
+    stops: dict[float, set[str]] = {}
+    for source, t in sorted(used.items(), key=lambda item: float(item[1][-1:].sum())):
         if len(t) >= LEAST_RECORDS and end - t[-1] > max(STOPPED_S, 5 * np.median(np.diff(t))):
-            yield (
-                f"{recorded_message(source)} stops at {t[-1]:.1f} s, {end - t[-1]:.1f} s before "
-                "the other messages do: what it shows is unknown from then on"
-            )
+            near = next((at for at in stops if t[-1] - at <= STOPPED_S), float(t[-1]))
+            stops.setdefault(near, set()).add(recorded_message(source))
+    for at, names in stops.items():
+        stop, show = ("stops", "it shows") if len(names) == 1 else ("stop", "they show")
+        yield (
+            f"{', '.join(sorted(names))} {stop} at {at:.1f} s, {end - at:.1f} s before the other "
+            f"messages do: what {show} is unknown from then on"
+        )
 
 
 def _check_window(window: tuple[float, float] | None, log: Log) -> None:

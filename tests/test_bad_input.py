@@ -418,3 +418,13 @@ def test_a_message_that_stops_while_others_go_on_is_told(tmp_path):
     assert len(told) == 1
     assert told[0].startswith("GPS_RAW_INT stops at 1")
     assert not [line for line in analyze(LOG).warnings if " stops at " in line]
+
+
+def test_messages_that_stop_together_are_one_line(tmp_path):
+    lost = [parse_fault(f"{name}:dropout@15") for name in ("GPS_RAW_INT.alt", "VFR_HUD.alt")]
+    first, path = tmp_path / "first.tlog", tmp_path / "silent.tlog"
+    first.write_bytes(injected(read(LOG), lost[0]))
+    path.write_bytes(injected(read(first), lost[1]))
+    (told,) = [line for line in analyze(path).warnings if " stop at " in line]
+    assert told.startswith("GPS_RAW_INT, VFR_HUD stop at 1")
+    assert "what they show is unknown" in told

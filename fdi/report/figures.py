@@ -39,6 +39,9 @@ LETTER: Final = 0.0075
 MOST_NAMES: Final = 90
 """An isolability matrix with more faults has no room for their names."""
 
+_Bar = tuple[int, float, float]
+"""Row, and from when to when."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Line:
@@ -98,19 +101,33 @@ def _nothing_marked(analysis: Analysis) -> Any:
 
 
 def _draw_rows(axes: Any, grid: FaultGrid, rows: Sequence[int]) -> None:
-    bars = {row: (grid.intervals(row, MARKED), grid.intervals(row, UNKNOWN)) for row in rows}
-    as_image = sum(len(on) + len(off) for on, off in bars.values()) > MOST_SHAPES
+    """Draw bars in rows: all of one look at once, or a hatch is laid anew behind each of them."""
+    unknown: list[_Bar] = []
+    marked: dict[str, list[_Bar]] = {}
     for place, row in enumerate(rows):
-        on, off = bars[row]
-        axes.axhline(place + 0.5, color=GRID, linewidth=0.6, zorder=0)
-        _bars(axes, place, off, as_image, facecolor="#f5f7fa", hatch="/////", linewidth=0)
-        _bars(axes, place, on, as_image, facecolor=colour(grid.groups[row]), linewidth=0)
+        unknown += [(place, start, end) for start, end in grid.intervals(row, UNKNOWN)]
+        own = marked.setdefault(colour(grid.groups[row]), [])
+        own += [(place, start, end) for start, end in grid.intervals(row, MARKED)]
+    as_image = len(unknown) + sum(map(len, marked.values())) > MOST_SHAPES
+    between = np.arange(len(rows)) + 0.5
+    across = axes.get_yaxis_transform()
+    axes.hlines(between, 0, 1, transform=across, color=GRID, linewidth=0.6, zorder=0)
+    _bars(axes, unknown, as_image, facecolor="#f5f7fa", hatch="/////")
+    for shade, bars in marked.items():
+        _bars(axes, bars, as_image, facecolor=shade)
 
 
-def _bars(axes: Any, place: int, intervals: list[list[float]], as_image: bool, **look: Any) -> None:
-    if intervals:
-        spans = [(start, end - start) for start, end in intervals]
-        axes.broken_barh(spans, (place - 0.38, 0.76), zorder=2, rasterized=as_image, **look)
+def _bars(axes: Any, bars: Sequence[_Bar], as_image: bool, **look: Any) -> None:
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    if bars:
+        place, start, end = np.array(bars).T
+        low, high = place - 0.38, place + 0.38
+        corners = [(start, low), (end, low), (end, high), (start, high), (start, low)]
+        around = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+        path = Path(np.array(corners).transpose(2, 0, 1).reshape(-1, 2), around * len(bars))
+        axes.add_patch(PathPatch(path, zorder=2, linewidth=0, rasterized=as_image, **look))
 
 
 def _frame(axes: Any, analysis: Analysis) -> None:
@@ -226,7 +243,8 @@ def isolability_figure(value: Isolability, title: str = "Isolability") -> Any:
     order = _in_groups(value)
     count = len(order)
     with styled():
-        side = min(max(4.0, 1.6 + 0.135 * count), 13.0)
+        # names take room, and blocks without them none
+        side = max(4.0, 1.6 + 0.135 * count) if count <= MOST_NAMES else 6.0
         figure = new_figure(side + 1.6, side + 0.6)
         axes = figure.subplots()
         if not count:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from pathlib import PureWindowsPath
 from typing import Any, Final
 
 from fdi.diagnosis import Ending, Finding
@@ -93,7 +94,14 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         looked_at=looked_at(analysis),
         window_text=window(analysis),
         model_text=analysis.airframe.description,
+        command=" ".join(map(_without_folder, analysis.command)),
     )
+
+
+def _without_folder(word: str) -> str:
+    """Return a word of the command; of a path the name alone: a page is handed on."""
+    option, sign, value = word.rpartition("=")
+    return f"{option}{sign}{PureWindowsPath(value).name or value}"  # knows both kinds of slash
 
 
 def _last(analysis: Analysis) -> Ending | None:

@@ -261,12 +261,12 @@ def accuracies(found: Sequence[Told]) -> list[str]:
             continue
         shown = customary(one.unit)
         told, used, worst, stated = (
-            f"{value * shown.scale:.2g}"
+            f"{value * shown.scale:.2g} {unit(shown.unit)}".rstrip()
             for value in (one.reported, one.used, one.worst, one.stated)
         )
         beyond = f", bounded for {per_cent(one.bounded)} of the flight" if one.bounded else ""
         lines.append(
-            f"{one.channel} reports {told}, at worst {worst} {shown.unit}; stated {stated}, in the "
-            f"median {used} counts{beyond}"
+            f"{one.channel} reports {told} in the median, {worst} at worst; the model states "
+            f"{stated}, and {used} is used in the median{beyond}"
         )
     return lines

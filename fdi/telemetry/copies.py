@@ -12,15 +12,24 @@ follows then.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
 from fdi.shown import Shown
 from fdi.telemetry.channel import Channel
-from fdi.telemetry.signals import Floats, Material, Records, Request, Sampling, records_of
+from fdi.telemetry.signals import (
+    Floats,
+    Material,
+    Records,
+    Request,
+    Sampling,
+    records_of,
+    states_at_records,
+)
 
 LEAST_RECORDS: Final = 30
 """Of the sparser channel; fewer are no long stretch."""
@@ -66,7 +75,7 @@ class Copy(Shown):
 
 
 def compare_channels(
-    material: Material, pairs: Iterable[tuple[Request, Request]]
+    material: Material, pairs: Sequence[tuple[Request, Request]]
 ) -> tuple[Copy, ...]:
     """Return how far the second channel of every pair repeats the first.
 
@@ -74,11 +83,12 @@ def compare_channels(
     move too little to tell.
     """
     read: dict[Channel, Records] = {}
+    states = states_at_records(material, chain.from_iterable(pairs), Sampling())
     found = []
     for pair in pairs:
         for request in pair:
             if request.channel not in read:
-                read[request.channel] = records_of(material, request, Sampling())
+                read[request.channel] = records_of(material, request, Sampling(), states)
         (of, first), (channel, second) = ((r.channel, read[r.channel]) for r in pair)
         if first.is_discrete or second.is_discrete:
             continue

@@ -294,7 +294,7 @@ class Log:
 
     def compare(self, pairs: Iterable[tuple[Request, Request]]) -> tuple[Copy, ...]:
         """Return how far the second channel of every pair repeats the first, where that shows."""
-        return compare_channels(self._material(), pairs)
+        return compare_channels(self._material(), tuple(pairs))
 
     def _material(self) -> Material:
         return Material(

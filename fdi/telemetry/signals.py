@@ -245,7 +245,8 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
     LogError
         The automatic rate is wanted and no requested channel is in the log.
     """
-    records = {r.channel: records_of(material, r, sampling) for r in requests}
+    states = states_at_records(material, requests, sampling)
+    records = {r.channel: records_of(material, r, sampling, states) for r in requests}
     pacing = [records[r.channel] for r in requests if r.paces]
     rate = sampling.rate_hz or _own_rate(pacing) or _own_rate(records.values())
     if rate is None:
@@ -323,8 +324,29 @@ def _grid(material: Material, window: tuple[float, float] | None, rate: float) -
     return low + np.arange(count) / rate
 
 
-def records_of(material: Material, request: Request, sampling: Sampling) -> Records:
-    """Return a requested quantity at its own records, empty where the log does not have it."""
+def states_at_records(
+    material: Material, requests: Iterable[Request], sampling: Sampling
+) -> dict[str, FlightState]:
+    """Return the vehicle's state at the records of every message that a condition looks at."""
+    sources = {r.channel.source for r in requests if r.valid is not None}
+    return {
+        source: flight_state(_times(message, sampling), material.events, material.flights)
+        for source, message in material.messages.items()
+        if source in sources
+    }
+
+
+def _times(message: Message, sampling: Sampling) -> Floats:
+    return message.stamp if sampling.clock == "record" else message.t
+
+
+def records_of(
+    material: Material, request: Request, sampling: Sampling, states: Mapping[str, FlightState]
+) -> Records:
+    """Return a requested quantity at its own records, empty where the log does not have it.
+
+    ``states``: of `states_at_records`, with the message of a request that has a condition.
+    """
     message = material.messages.get(request.channel.source)
     names = dict.fromkeys((*request.fields, *(() if request.value else (request.channel.field,))))
     if message is None or any(name not in message for name in names):
@@ -333,10 +355,13 @@ def records_of(material: Material, request: Request, sampling: Sampling) -> Reco
         field = request.channel.field.partition(":")[0]  # of ``FIELD:silent``
         return _silence(message, field, material.messages.values())
     every = sampling.clock == "record"
-    t = message.stamp if every else message.t
+    t = _times(message, sampling)
     fields = {name: _field(message, name, raw=request.raw, every=every) for name in names}
     with np.errstate(all="ignore"):
-        valid = None if request.valid is None else _valid(material, request.valid, fields, t)
+        valid = None
+        if request.valid is not None:
+            seen = {**fields, **states[request.channel.source].named()}
+            valid = np.broadcast_to(np.asarray(request.valid(seen), np.bool_), t.shape)
         known = {**(_only(fields, valid) if request.over else fields), TIME: t}
         found = request.value(known) if request.value else fields[request.channel.field]
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
@@ -443,7 +468,7 @@ def _told(material: Material, request: Request, sampling: Sampling) -> Records |
     if request.reported is None or message is None or any(f not in message for f in request.told):
         return None
     asked = replace(request, fields=request.told, value=request.reported, raw=False, circular=False)
-    found = records_of(material, replace(asked, valid=None), sampling)
+    found = records_of(material, replace(asked, valid=None), sampling, {})
     found.value[~(found.value > 0)] = np.nan
     return found if np.isfinite(found.value).any() else None
 
@@ -453,14 +478,6 @@ def _field(message: Message, name: str, *, raw: bool, every: bool) -> NDArray[np
         values = message.raw(name)
         return values if every else values[message.kept]
     return message.si_of_records(name) if every else message.si(name)
-
-
-def _valid(
-    material: Material, valid: Callable[[Columns], NDArray[np.bool_]], fields: Columns, t: Floats
-) -> NDArray[np.bool_]:
-    state = flight_state(t, material.events, material.flights)
-    known = {**fields, **state.named()}
-    return np.broadcast_to(np.asarray(valid(known), np.bool_), t.shape)
 
 
 def _only(fields: Columns, valid: NDArray[np.bool_] | None) -> Columns:

@@ -3,6 +3,7 @@ import hashlib
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
@@ -122,6 +123,13 @@ def test_the_page_tells_everything_the_analysis_knows(analysis: Analysis) -> Non
         "lowest",
     ):
         assert expected in told, expected
+
+
+def test_the_command_is_told_without_the_folders_of_whoever_ran_it(analysis: Analysis) -> None:
+    command = ("fdi", "analyze", "/home/a/b.tlog", "--model=C:\\c\\d.yaml", "--window", "1:2.5")
+    page = html_report(replace(analysis, command=command))
+    assert "fdi analyze b.tlog --model=d.yaml --window 1:2.5</dd>" in page
+    assert "/home/a" not in page
 
 
 def test_confidence_is_told_with_what_it_rests_on(analysis: Analysis) -> None:

@@ -152,7 +152,7 @@ def test_a_message_that_repeats_another_is_one_line_with_what_is_left_out():
 def test_only_accuracies_worse_than_stated_are_told():
     good = Told(Channel("GPS_RAW_INT", "vel"), "m/s", 0.5, 0.3, 0.5, 0.4, 0.0)
     poor = replace(good, reported=0.7, used=0.7, worst=4.9, bounded=0.1)
-    (line,) = accuracies([good, poor])
-    assert "0.7" in line
-    assert "4.9 m/s" in line
-    assert "10 %" in line
+    assert accuracies([good, poor]) == [
+        "GPS_RAW_INT.vel reports 0.7 m/s in the median, 4.9 m/s at worst; the model states "
+        "0.5 m/s, and 0.7 m/s is used in the median, bounded for 10 % of the flight"
+    ]

@@ -211,7 +211,7 @@ def silence(messages):
     material = Material(messages, (0.0, 60.0), (), (), {}, "by hand")
     channel = Channel("SCALED_PRESSURE", "press_abs:silent")
     request = Request(channel, ("press_abs",), lambda c: c["press_abs"], silence=True)
-    return records_of(material, request, Sampling())
+    return records_of(material, request, Sampling(), {})
 
 
 def test_a_sensor_that_stops_while_its_like_go_on_is_silent():
@@ -255,7 +255,7 @@ def test_a_stillness_counts_only_where_the_vehicle_has_moved(turned, known):
     held = log_of(t, np.where(t < 10, 0.0, t - 10))
     material = Material({**held.messages, "ATTITUDE": attitude}, (0.0, 30.0), (), (), {}, "by hand")
     stirred = ((Channel("ATTITUDE", "roll"), 0.05),)
-    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling())
+    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling(), {})
     assert np.isfinite(found.value[t <= 10]).all()
     assert np.isnan(found.value[(t > 10) & (t < 20)]).all()
     assert np.isfinite(found.value[t >= 20]).all() == known
@@ -278,6 +278,6 @@ def test_a_field_that_stands_still_longer_than_ever_needs_no_turning_vehicle(bef
     own = {**log_of(t, held).messages, "ATTITUDE": attitude}
     material = Material(own, (0.0, seen + 10.0), (), (), {}, "by hand")
     stirred = ((Channel("ATTITUDE", "roll"), 0.05),)
-    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling())
+    found = records_of(material, Request(A, ("a",), stirred=stirred), Sampling(), {})
     assert np.isfinite(found.value[t > seen]).all() == known
     assert np.isfinite(found.value[t > seen]).any() == known

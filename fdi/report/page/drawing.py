@@ -30,9 +30,9 @@ AXIS: Final = 18
 MOST: Final = 500
 """Samples of a curve: the picture is 836 units wide."""
 EDGE: Final = 6
-ROW: Final = 14
-NAMES: Final = 250
-"""Width of the names beside the fault grid."""
+ROW: Final = 24
+NAME: Final = 15
+"""Of a row of the fault grid: names stand above their bars, which are on the panels' own axis."""
 SIDE: Final = 420
 
 
@@ -196,10 +196,10 @@ def grid_svg(
 ) -> str:
     """Return the fault grid as SVG."""
     height = EDGE + ROW * len(rows) + AXIS
-    across = (WIDTH - NAMES - RIGHT) / (span[1] - span[0])
+    across = (WIDTH - LEFT - RIGHT) / (span[1] - span[0])
 
     def x(t: float) -> float:
-        return NAMES + (t - span[0]) * across
+        return LEFT + (t - span[0]) * across
 
     parts = [
         f'<svg class="plot grid" viewBox="0 0 {WIDTH} {height}" role="img" '
@@ -207,10 +207,8 @@ def grid_svg(
     ]
     for place, row in enumerate(rows):
         top = EDGE + ROW * place
-        name = row["fault"] if len(row["fault"]) <= 40 else row["fault"][:39] + "…"
-        parts.append(
-            f'<text class="tick end" x="{NAMES - 5}" y="{top + ROW - 4}">{escaped(name)}</text>'
-        )
+        name = row["fault"] if len(row["fault"]) <= 120 else row["fault"][:119] + "…"
+        parts.append(f'<text class="tick" x="{LEFT}" y="{top + NAME - 3}">{escaped(name)}</text>')
         for kind, style in (("off", "unknown"), ("on", f"g-{row['group']}")):
             path = _bars(list(_clipped(row[kind], span)), x, top)
             if path:
@@ -228,7 +226,9 @@ def _bars(bars: Sequence[tuple[float, float]], x: Any, top: int) -> str:
             found[-1][1] = end
         else:
             found.append([start, end])
-    return "".join(f"M{a:.1f} {top + 1}H{max(b, a + 1):.1f}v{ROW - 2}H{a:.1f}z" for a, b in found)
+    return "".join(
+        f"M{a:.1f} {top + NAME}H{max(b, a + 1):.1f}v{ROW - NAME - 1}H{a:.1f}z" for a, b in found
+    )
 
 
 def track_svg(way: Track) -> str:

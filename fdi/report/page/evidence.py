@@ -118,7 +118,10 @@ class Court:
         rows = sorted(named, key=lambda row: (row != telling, -self._peak(row, finding.onset), row))
         if not rows:
             return None
-        case = self._case(rows, finding.component, finding.onset)
+        onset, alarm = finding.onset, finding.alarm
+        # of what takes long to be certain the alarm is shown as well
+        until = (onset if alarm < onset + AFTER else alarm) + AFTER
+        case = self._case(rows, finding.component, onset, until)
         size = finding.size
         return case if size is None else replace(case, sized=tuple(self._sized(size, case.window)))
 
@@ -130,11 +133,11 @@ class Court:
         beyond = (self._alarms.state == TRIGGERED) & near
         rows = [int(row) for row in np.flatnonzero(beyond.sum(axis=1) >= LEAST)]
         rows.sort(key=lambda row: (int(np.argmax(beyond[row])), row))
-        return self._case(rows, None, moment)
+        return self._case(rows, None, moment, moment + AFTER)
 
-    def _case(self, rows: Sequence[int], component: str | None, at: float) -> Case:
+    def _case(self, rows: Sequence[int], component: str | None, at: float, until: float) -> Case:
         low, high = (float(self._alarms.residuals.t[i]) for i in (0, -1))
-        window = (max(at - BEFORE, low), min(max(at + AFTER, low + AFTER), high))
+        window = (max(at - BEFORE, low), min(max(until, low + AFTER), high))
         window = window if window[1] > window[0] else (low, max(high, low + 1.0))
         shown = rows[:MOST_TESTS]
         named: set[int] = set()

@@ -14,7 +14,7 @@ import pytest
 
 from fdi.report.html import html_report
 
-from ..browsing import opened
+from ..browsing import opened, until
 from ..build import message, small_analysis, small_log
 from ..test_text import HOSTILE
 
@@ -82,6 +82,7 @@ def test_dragging_over_a_plot_zooms_all_of_them(page: Any) -> None:
     page.mouse.up()
     low, high = seen(page)
     assert (low, high) == pytest.approx((0.4 * 89.75, 0.6 * 89.75), abs=0.5)
+    until(page, f"plots.some((one) => one.plot.scales.x.min === {low!r})")
     shown = page.evaluate("plots.map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])")
     assert [low, high] in shown
 
@@ -102,10 +103,6 @@ def test_the_pointer_stands_at_one_moment_in_every_plot(page: Any) -> None:
     assert lefts == pytest.approx([moment] * len(lefts), abs=0.3)
 
 
-DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-"""A plot is drawn at the next frame; the page's policy keeps ``wait_for_function`` from asking."""
-
-
 def test_a_case_shows_the_whole_flight_by_one_click(page: Any) -> None:
     case = page.locator(".case").first
     case.scroll_into_view_if_needed()
@@ -116,7 +113,7 @@ def test_a_case_shows_the_whole_flight_by_one_click(page: Any) -> None:
     case.locator(".u-over").first.wait_for()
     assert page.evaluate(span) == pytest.approx(20.0)
     case.get_by_role("button", name="whole flight").click()
-    page.evaluate(DRAWN)
+    until(page, f"{span} > 80")
     assert page.evaluate(span) == pytest.approx(89.75)
 
 

@@ -16,8 +16,10 @@ from fdi.report.page import channels
 from fdi.report.page.airframe import airframe_svg, states_of
 from fdi.report.page.channels import held_channels
 from fdi.report.page.document import page_of
+from fdi.report.page.drawing import grid_svg, panel_svg
 from fdi.report.page.evidence import Court
 from fdi.report.page.marks import marks, modes
+from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
 from fdi.report.page.sides import Parts, residual_of
 from fdi.report.page.suspects import behind, ending_words, rest, suspects
@@ -82,6 +84,13 @@ def test_what_is_predicted_of_a_channel_leaves_no_residual(analysis: Analysis) -
             np.testing.assert_allclose(after[known], 0.0, atol=1e-6)
             tried += 1
     assert tried >= 4
+
+
+def test_the_evidence_reaches_to_the_alarm_where_it_takes_long(analysis: Analysis) -> None:
+    finding = replace(analysis.findings[0], alarm=52.0)
+    case = Court(analysis).of_finding(finding)
+    assert case is not None
+    assert case.window == (25.0, 57.0)
 
 
 def test_an_end_that_nobody_is_accused_for_has_a_case_too(tmp_path: Path) -> None:
@@ -249,3 +258,11 @@ def test_what_plots_need_is_thinned_too_where_there_is_no_room(analysis: Analysi
     kept = held.messages["GPS_RAW_INT"]["f"]["alt"]
     shown = np.frombuffer(base64.b64decode(kept["f"]), "<f4") + kept.get("b", 0.0)
     assert (shown.min(), shown.max()) == pytest.approx((values.min(), values.max()), rel=1e-6)
+
+
+def test_bars_of_the_grid_stand_at_their_time_on_the_axis_of_the_plots() -> None:
+    t = np.array([0.0, 5.0, 10.0])
+    row = {"fault": "gps.drift", "group": "sensor", "on": [[5.0, 10.0]], "off": []}
+    panel = Panel("height", "m", (Curve("flown", t, t),))
+    (bar,) = re.findall(r'class="bar g-sensor" d="M([0-9.]+) ', grid_svg([row], (0.0, 10.0)))
+    assert f"L{bar} " in panel_svg(panel, (0.0, 10.0))  # of the middle sample

@@ -13,15 +13,30 @@ function shownMarks() {
   return marksAt.found;
 }
 
+/** Stroke lines at the marks that are shown, between two edges of each axis. */
+function strokeMarks(ctx, x, [left, right], [top, bottom], width) {
+  ctx.save();
+  ctx.lineWidth = width;
+  for (const mark of shownMarks()) {
+    const at = x(mark.at);
+    if (at < left || at > right) continue;
+    ctx.strokeStyle = colour(mark.grave ? "red" : "soft");
+    ctx.globalAlpha = mark.grave ? 0.8 : 0.35;
+    ctx.setLineDash(mark.kind === "onset" ? [5, 4] : []);
+    ctx.beginPath(); ctx.moveTo(at, top); ctx.lineTo(at, bottom); ctx.stroke();
+  }
+  ctx.restore();
+}
+
 const INKS = { onset: "red", impact: "red", failsafe: "red", arm: "green", disarm: "green", takeoff: "green", landing: "green", mode: "c3" };
 const SIGNS = { onset: "▼", impact: "✕", takeoff: "▲", landing: "▽", arm: "●", disarm: "○", mode: "◆", failsafe: "!" };
 
 function makeMarks(inside) {
   const surface = canvasIn(inside, 34, "Events along the time axis; the table below holds them all");
-  const draw = (ctx, x, wide) => {
+  const draw = (ctx, x, right) => {
     ctx.textBaseline = "middle";
     for (const [from, to, name] of data.modes) {
-      const a = Math.max(x(from), AXIS), b = Math.min(x(to), wide);
+      const a = Math.max(x(from), AXIS), b = Math.min(x(to), right);
       if (b <= a) continue;
       ctx.fillStyle = colour(`m${modeNames.indexOf(name) % 6}`);
       ctx.fillRect(a, 18, b - a, 15);
@@ -32,12 +47,12 @@ function makeMarks(inside) {
     ctx.textAlign = "center";
     for (const mark of shownMarks()) {
       const at = x(mark.at);
-      if (at < AXIS || at > wide) continue;
+      if (at < AXIS || at > right) continue;
       ctx.fillStyle = colour(INKS[mark.kind] ?? (mark.grave ? "red" : "soft"));
-      ctx.fillText(SIGNS[mark.kind] ?? "•", Math.min(at, wide - 5), 9);
+      ctx.fillText(SIGNS[mark.kind] ?? "•", at, 9);
     }
   };
-  return onClock(surface, flightClock, () => AXIS, draw, (t) => {
+  return onClock(surface, flightClock, draw, (t) => {
     if (t === null) return "";
     const near = 0.008 * (flightClock.shown[1] - flightClock.shown[0]);
     const found = shownMarks().filter((mark) => Math.abs(mark.at - t) < near);

@@ -1,6 +1,7 @@
 // The fault grid on the flight's clock, and the line of events above it.
 
-const ROW = 16;
+const ROW = 27;
+const NAME = 17; // of a row: the name stands above its bars, so that these are on the plots' own axis
 
 /** A canvas that keeps the width of its parent and the sharpness of the screen; asked for its size it
  *  is empty. */
@@ -44,20 +45,20 @@ function tipIn(live) {
 }
 
 /** Place a canvas on the flight's clock: as wide as the plots' own axes. */
-function onClock(surface, clock, left, draw, told) {
+function onClock(surface, clock, draw, told) {
   const tip = tipIn(surface.live);
   let wide = 0;
   const timeAt = (event) => {
     const box = surface.live.getBoundingClientRect();
-    const share = (event.clientX - box.left - left()) / (wide - left());
-    return share < 0 ? null : clock.shown[0] + share * (clock.shown[1] - clock.shown[0]);
+    const share = (event.clientX - box.left - AXIS) / (wide - AXIS - RIGHT);
+    return share < 0 || share > 1 ? null : clock.shown[0] + share * (clock.shown[1] - clock.shown[0]);
   };
   const redraw = () => {
     const { ctx, wide: w, tall } = surface.size();
     wide = w;
-    const edge = left(); // asks for the layout: once
-    const x = (t) => edge + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (w - edge);
-    draw(ctx, x, w, tall);
+    const right = w - RIGHT;
+    const x = (t) => AXIS + ((t - clock.shown[0]) / (clock.shown[1] - clock.shown[0])) * (right - AXIS);
+    draw(ctx, x, right, tall);
     if (pointer.t !== null && pointer.t >= clock.shown[0] && pointer.t <= clock.shown[1]) {
       ctx.strokeStyle = colour("cursor");
       ctx.setLineDash([4, 3]);
@@ -88,30 +89,23 @@ function onClock(surface, clock, left, draw, told) {
 
 function makeGrid(inside) {
   const surface = canvasIn(inside, data.grid.length * ROW + 4, `Fault grid of ${data.grid.length} faults; the tables below say the same`);
-  const left = () => Math.min(260, surface.live.clientWidth * 0.36);
-  const draw = (ctx, x, wide) => {
-    const edge = left();
+  const draw = (ctx, x, right, tall) => {
+    ctx.textBaseline = "middle";
+    ctx.save();
+    ctx.beginPath(); ctx.rect(AXIS, 0, right - AXIS, tall); ctx.clip();
     data.grid.forEach((row, place) => {
       const top = place * ROW + 2;
-      ctx.save();
-      ctx.beginPath(); ctx.rect(0, top, edge - 6, ROW); ctx.clip();
       ctx.fillStyle = colour("soft");
-      ctx.textBaseline = "middle";
-      ctx.fillText(row.fault, 0, top + ROW / 2);
-      ctx.restore();
-      ctx.save();
-      ctx.beginPath(); ctx.rect(edge, top, wide - edge, ROW); ctx.clip();
+      ctx.fillText(row.fault, AXIS, top + NAME - 6);
       for (const [kind, ink] of [["off", "unknown"], ["on", `g-${row.group}`]]) {
         ctx.fillStyle = colour(ink);
-        for (const [from, to] of row[kind]) {
-          if (x(to) < edge || x(from) > wide) continue;
-          ctx.fillRect(x(from), top + 1, Math.max(x(to) - x(from), 1), ROW - 3);
-        }
+        for (const [from, to] of row[kind]) ctx.fillRect(x(from), top + NAME, Math.max(x(to) - x(from), 1), ROW - NAME - 1);
       }
-      ctx.restore();
     });
+    ctx.restore();
+    strokeMarks(ctx, x, [AXIS, right], [0, tall], 1);
   };
-  return onClock(surface, flightClock, left, draw, (t, x, y) => {
+  return onClock(surface, flightClock, draw, (t, x, y) => {
     const row = data.grid[Math.floor((y - 2) / ROW)];
     if (!row) return "";
     const is = t === null ? "" : row.on.some(([a, b]) => a <= t && t < b) ? ": marked" : row.off.some(([a, b]) => a <= t && t < b) ? ": unknown" : ": quiet";

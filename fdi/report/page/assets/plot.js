@@ -1,6 +1,8 @@
 // A panel as a plot to zoom, by uPlot.
 
 const AXIS = 60;
+// Room for the second half of the last tick's label.
+const RIGHT = 20;
 // One pixel: a browser strokes wider lines many times slower, and a pan draws thousands of pieces.
 const LINE = 1;
 const plots = [];
@@ -57,17 +59,7 @@ function bandsOf(plot, panel) {
 
 function linesOf(plot) {
   const { ctx, bbox } = plot;
-  ctx.save();
-  ctx.lineWidth = devicePixelRatio;
-  for (const mark of shownMarks()) {
-    const at = plot.valToPos(mark.at, "x", true);
-    if (at < bbox.left || at > bbox.left + bbox.width) continue;
-    ctx.strokeStyle = colour(mark.grave ? "red" : "soft");
-    ctx.globalAlpha = mark.grave ? 0.8 : 0.35;
-    ctx.setLineDash(mark.kind === "onset" ? [5, 4] : []);
-    ctx.beginPath(); ctx.moveTo(at, bbox.top); ctx.lineTo(at, bbox.top + bbox.height); ctx.stroke();
-  }
-  ctx.restore();
+  strokeMarks(ctx, (t) => plot.valToPos(t, "x", true), [bbox.left, bbox.left + bbox.width], [bbox.top, bbox.top + bbox.height], devicePixelRatio);
 }
 
 const shorter = (value) => (value === null || value === undefined ? "–" : Math.abs(value) >= 1e5 || (value && Math.abs(value) < 1e-3) ? value.toExponential(2) : String(+value.toPrecision(5)));
@@ -92,7 +84,7 @@ function makePlot(inside, panel, clock, height = 150) {
   const wide = () => Math.max(live.clientWidth, 200);
   const axis = () => ({ stroke: colour("soft"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") }, font: "11px system-ui, sans-serif" });
   const options = () => ({
-    width: wide(), height, padding: [8, 0, 0, 0],
+    width: wide(), height, padding: [8, RIGHT, 0, 0],
     scales: { x: { time: false, range: () => clock.shown }, y: { range: (plot) => rangeOf(plot, clock.shown, panel) } },
     axes: [{ ...axis(), size: 26, values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) }, { ...axis(), size: AXIS, space: 24, values: (plot, ticks, place, space, step) => ticks.map((tick) => ticked(tick, step)) }],
     cursor: { drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 }, bind: { dblclick: () => () => { clock.all(); return null; } } },

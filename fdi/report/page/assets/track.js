@@ -5,6 +5,8 @@ const way = data.track && {
   m: column(data.track.m, data.track.n), h: column(data.track.h, data.track.n).map((h) => h ?? 0),
 };
 
+const wayStep = way && longestStep(way.t);
+
 /** Return the smallest and the largest of an array, which may be long. */
 function ends(values) {
   return values.reduce(([low, high], v) => [Math.min(low, v), Math.max(high, v)], [Infinity, -Infinity]);
@@ -34,7 +36,8 @@ function drawWay(ctx, place) {
     ctx.globalAlpha = isShown ? 1 : 0.25;
     ink = null;
     for (let i = 1; i < way.t.length; i++) {
-      if ((way.t[i] >= from && way.t[i - 1] <= to) !== isShown) { if (ink !== null) ctx.stroke(); ink = null; continue; }
+      const isGap = way.t[i] - way.t[i - 1] > wayStep;
+      if (isGap || (way.t[i] >= from && way.t[i - 1] <= to) !== isShown) { if (ink !== null) ctx.stroke(); ink = null; continue; }
       const own = cached(i);
       if (own !== ink) {
         if (ink !== null) ctx.stroke();

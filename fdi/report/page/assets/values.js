@@ -36,16 +36,21 @@ function channel(name) {
   return found;
 }
 
-/** Return times and values with an unknown value put where records are missing for long. */
-function broken(t, v) {
+/** Return how far apart, s, two records may be between which none is missing. */
+function longestStep(t) {
   const steps = [];
   for (let i = 1; i < t.length; i++) steps.push(t[i] - t[i - 1]);
-  const sorted = [...steps].sort((a, b) => a - b);
-  const most = Math.max(2, 5 * (sorted[sorted.length >> 1] ?? 0));
-  if (!steps.some((step) => step > most)) return [t, v];
+  steps.sort((a, b) => a - b);
+  return Math.max(2, 5 * (steps[steps.length >> 1] ?? 0));
+}
+
+/** Return times and values with an unknown value put where records are missing for long. */
+function broken(t, v) {
+  const most = longestStep(t);
+  if (!t.some((one, i) => i && one - t[i - 1] > most)) return [t, v];
   const times = [], values = [];
   for (let i = 0; i < t.length; i++) {
-    if (i && steps[i - 1] > most) { times.push((t[i] + t[i - 1]) / 2); values.push(null); }
+    if (i && t[i] - t[i - 1] > most) { times.push((t[i] + t[i - 1]) / 2); values.push(null); }
     times.push(t[i]); values.push(v[i]);
   }
   return [times, values];
