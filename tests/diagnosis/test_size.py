@@ -227,6 +227,12 @@ def test_without_noise_a_step_is_explained_whole():
     assert sizes[~np.array(held)] == pytest.approx(0.0)
 
 
+def test_samples_beside_the_beginning_do_not_count():
+    """Sampling smears a step: half of it shows at first, and all of it 0.4 s later at the latest."""
+    _, found, _ = fitted(np.where(ONSET == T, 4.0, 8.0) * STEP)
+    assert found.value == pytest.approx(8.0, abs=0.01)
+
+
 def test_without_noise_a_ramp_is_explained_whole_and_not_by_seconds_of_it():
     _, found, _ = fitted(0.5 * RAMP, "drift")
     assert found.value == pytest.approx(0.5, abs=0.02)

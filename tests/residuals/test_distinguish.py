@@ -15,7 +15,7 @@ from fdi.residuals.distinguish import (
 )
 from fdi.residuals.respond import stretch
 from fdi.residuals.suffice import Wish, both_ways, cheapest_sensors, cheapest_tests
-from fdi.residuals.window import window_of
+from fdi.residuals.window import at_sizes, window_of
 
 from .build import airframe
 from .test_evaluate import signals, truth
@@ -183,6 +183,20 @@ def test_unknown_samples_bring_nothing(tmp_path):
     window = window_of(own, 5.0, 2.0, faults=["A.p"])
     mean_b = 4 / 8
     assert distinguishability(window, [0]).detected[0] <= 0.5 / (1 / 8 + mean_b) * 1.01
+
+
+@pytest.mark.parametrize("profile", ["step", "drift"])
+def test_where_all_is_linear_a_fault_of_any_size_moves_each_test_by_its_slope(three, profile):
+    window = window_of(three, 5.0, 2.0, profile)
+    found = at_sizes(window, three, {"A.p": 3.0, "B.p": -7.0})
+    assert found.at.tolist() == [3.0, -7.0, 0.0]
+    assert found.response == pytest.approx(window.response, abs=1e-9)
+    # of the tests that hold it, by as much as it is
+    after = np.ones(10) if profile == "step" else np.arange(10) / 5.0
+    for fault, own in zip(found.names, found.response, strict=True):
+        for row, generator in enumerate(three.bank.generators):
+            moved = after if fault in generator.faults else 0.0
+            assert np.abs(own[found.residual == row]) == pytest.approx(moved, abs=1e-9)
 
 
 KINK = """
