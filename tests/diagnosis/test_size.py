@@ -283,6 +283,25 @@ def test_memory_of_the_noise_widens_variances_as_the_process_says(memory):
     assert deviation * spread**2 == pytest.approx(2.0, rel=0.3)
 
 
+PRESSED = MODEL.replace("  x: {unit: m}", "  x: {unit: m}\n  p: {unit: Pa}") + (
+    "  GPS: {component: gps, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
+    "  RADAR: {component: radar, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
+    "  BARO: {component: baro, group: sensor, fields: {p: {variable: p, accuracy: 12 Pa}}}\n"
+    "parameters:\n  slope: {value: -12, unit: Pa/m}\n  zero: {value: 1300, unit: Pa}\n"
+    "equations:\n  air: {text: x = (p - zero)/slope, solves: [x]}\n"
+)
+
+
+@pytest.mark.parametrize(("fault", "shape", "shown"), [(STEP, "bias", 8.0), (RAMP, "drift", 0.4)])
+def test_a_pressure_that_is_off_is_told_with_the_height_that_it_shows(fault, shape, shown):
+    """12 Pa are a metre."""
+    bank = bank_of(PRESSED)
+    found = sized(alarms_of(bank, {"BARO.p": -12.0 * shown * fault}, scale=0.1), "baro")
+    assert (found.channels, found.shape, found.unit) == (("BARO.p",), shape, "Pa")
+    assert found.value == pytest.approx(-12.0 * shown, rel=0.05)
+    assert (found.shown, found.shown_unit) == (pytest.approx(shown, rel=0.05), "m")
+
+
 def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sensor():
     where, best, _ = fitted(8.0 * STEP)
     named = replace(best.hypothesis, names=("GPS2.x",))

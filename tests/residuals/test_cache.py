@@ -132,7 +132,9 @@ FIELDS = {"variables": 2, "expressions": 3, "arguments": 4}
 NEEDED = {"part": {"arguments"}, "derivative": {"arguments"}, "slope": {"arguments"}}
 
 
-@pytest.mark.parametrize("text", [GLIDER, LOOP, TANKS, SLOPE], ids=["plain", "loop", "held", "slope"])
+@pytest.mark.parametrize(
+    "text", [GLIDER, LOOP, TANKS, SLOPE], ids=["plain", "loop", "held", "slope"]
+)
 def test_a_node_of_another_shape_is_built_anew(text, folder, tmp_path, monkeypatch):
     """Of each of its lists once twice as much, and once nothing."""
     system = airframe(tmp_path, text).observe()
@@ -147,7 +149,9 @@ def test_a_node_of_another_shape_is_built_anew(text, folder, tmp_path, monkeypat
         needed = {"variables", "expressions"} | NEEDED.get(node.kind, set())
         for name, place in FIELDS.items():
             own = whole[0][number][place]
-            for changed in [2 * own] * (name not in FITS.get(node.kind, ())) + [[]] * (name in needed):
+            for changed in [2 * own] * (name not in FITS.get(node.kind, ())) + [[]] * (
+                name in needed
+            ):
                 if changed == own:
                     continue
                 built.clear()

@@ -65,7 +65,9 @@ def test_linear_loops_are_solved_exactly(p, q, a, b):
     assert found.columns[:, 0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize(("total", "inside"), [(2.1, False), (1.9, True), (0.1, True), (-0.1, False)])
+@pytest.mark.parametrize(
+    ("total", "inside"), [(2.1, False), (1.9, True), (0.1, True), (-0.1, False)]
+)
 def test_the_one_solution_of_a_linear_loop_is_dropped_outside_its_domain(total, inside):
     """x + y is twice what x is, which may be 0 to 1."""
     x = Variable("x", "1", low=0.0, high=1.0)
