@@ -54,7 +54,8 @@ def test_of_several_things_that_stand_still_the_longest_tells_when_it_began():
         "variables:", "variables:\n  a: {unit: s}\n  b: {unit: s}\n  both: {unit: s}"
     )
     text += (
-        "equations:\n  whole: {text: both = a + b, solves: [both], fault: gps.way, component: gps}\n"
+        "equations:\n"
+        "  whole: {text: both = a + b, solves: [both], fault: gps.way, component: gps}\n"
         "limits:\n  long: {variable: both, max: 9, elapsed: true, component: gps}\n"
         "inputs:\n  RAW:\n    fields:\n      p:still: {variable: a}\n      q:still: {variable: b}\n"
     )

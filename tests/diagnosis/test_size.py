@@ -228,7 +228,7 @@ def test_without_noise_a_step_is_explained_whole():
 
 
 def test_samples_beside_the_beginning_do_not_count():
-    """Sampling smears a step: half of it shows at first, and all of it 0.4 s later at the latest."""
+    """Sampling smears a step: half of it shows at first, and all of it 0.4 s later."""
     _, found, _ = fitted(np.where(ONSET == T, 4.0, 8.0) * STEP)
     assert found.value == pytest.approx(8.0, abs=0.01)
 
