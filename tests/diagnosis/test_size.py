@@ -35,14 +35,17 @@ measurements:
 """
 
 
+def shows(component, name):
+    """The lines of a channel of a component that shows x."""
+    head = f"  {name}:\n    component: {component}\n    group: sensor\n    fields:\n"
+    return head + "      x: {variable: x, accuracy: 1 m}\n"
+
+
 def bank_with(**channels):
     """A bank where each component shows x by the channels given."""
-    lines = [MODEL]
-    for component, names in channels.items():
-        for name in names:
-            lines.append(f"  {name}:\n    component: {component}\n    group: sensor\n    fields:\n")
-            lines.append("      x: {variable: x, accuracy: 1 m}\n")
-    return bank_of("".join(lines))
+    return bank_of(
+        MODEL + "".join(shows(c, name) for c, names in channels.items() for name in names)
+    )
 
 
 THREE = bank_with(gps=["GPS"], baro=["BARO"], radar=["RADAR"])
@@ -283,6 +286,23 @@ def test_memory_of_the_noise_widens_variances_as_the_process_says(memory):
     assert deviation * spread**2 == pytest.approx(2.0, rel=0.3)
 
 
+def test_statements_that_are_silent_within_their_bounds_have_no_direction():
+    limits = "limits:\n  far: {variable: x, max: 500}\n"
+    bank = bank_of(MODEL + shows("gps", "GPS") + shows("baro", "BARO") + limits)
+    where = scene(alarms_of(bank, {}), "gps", ONSET, 0.0, 100.0)
+    (pair,) = where.rows
+    assert set(bank.generators[pair].faults) == {"GPS.x", "BARO.x"}
+
+
+def test_in_white_noise_a_size_is_as_sure_as_least_squares_says():
+    """The mean of 80 differences to two others of 1 m; it wanders by 15 % of what they scatter."""
+    both = np.sqrt(1.0 + 1.0 / 2.0)
+    found = [sized(alarms_of(THREE, {"GPS.x": 10 * STEP}, seed)).sigma for seed in range(10)]
+    # and 4 % of the size by which sensitivities may be off
+    expected = np.hypot(both * np.hypot(1 / np.sqrt(80), 0.15), 0.04 * 10.0)
+    assert np.median(found) == pytest.approx(expected, rel=0.05)
+
+
 PRESSED = MODEL.replace("  x: {unit: m}", "  x: {unit: m}\n  p: {unit: Pa}") + (
     "  GPS: {component: gps, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
     "  RADAR: {component: radar, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
@@ -308,7 +328,14 @@ def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sens
     twin = replace(best, hypothesis=named, value=-best.value)
     assert _against([best], where) == ()
     assert _against([best, twin], where) == ("GPS2.x",)
-    # a worse one is no rival, and one that explains as much otherwise leaves it open
+    # a worse one is no rival: by six, after the memory of the noise and what is left
+    apart = 6.0 * where.inflation
+    for less, rival in ((0.99 * apart, ("GPS2.x",)), (1.01 * apart, ())):
+        near = replace(twin, gain=best.gain - less)
+        assert _against([replace(best, left=0.5), near], where) == rival
+        wide = replace(twin, gain=best.gain - 2.0 * less)
+        assert _against([replace(best, left=2.0), wide], where) == rival
+    # one that explains as much otherwise leaves it open
     assert _against([best, replace(twin, gain=0.5 * best.gain)], where) == ()
     assert _against([best, replace(twin, value=best.value)], where) is None
     assert _against([best, replace(twin, hypothesis=replace(named, field="y"))], where) is None
