@@ -224,3 +224,33 @@ def test_beside_a_corner_the_size_is_that_of_the_bank_itself(tmp_path, flown, se
         assert there > 1.1 * slope
     else:
         assert there == pytest.approx(slope, rel=1e-6)
+
+
+BENT = KINK.replace("components: {a: {group: sensor}}", "components: {a: {group: sensor}, b: {}}")
+BENT = BENT.replace("q: {unit: m}}", "q: {unit: m}, r: {unit: m}}").replace(
+    'bent: "q = abs(p)"', 'link: {text: "r = p", fault: slip, component: b}, bent: "q = abs(r)"'
+)
+
+
+@pytest.mark.parametrize("flown", [1.0, -1.0])
+def test_a_channel_may_be_off_to_the_side_that_shows_less_and_a_link_to_the_one_that_shows_more(
+    tmp_path, flown
+):
+    """Away from the corner all of it shows, towards it at first less and less."""
+    bank = build_bank(airframe(tmp_path, BENT).observe(), "mtes")
+    columns = {"A.p": np.full(100, flown), "B.q": np.full(100, abs(flown))}
+    own = bank.evaluate(signals(bank.system, columns), Differentiation())
+    found = at_smallest(window_of(own, 5.0, 2.0, faults=["A.p", "slip"]), own, 0.01)
+    channel, link = found.at * flown
+    assert channel < 0 < link < -channel
+
+
+def test_what_no_size_shows_is_not_seen(tmp_path):
+    """To one side the error of a sensor that is cut off a little further up."""
+    text = KINK.replace('"q = abs(p)"', '"q = min(p, most)"')
+    text = text.replace("equations:", "parameters: {most: {value: 5, unit: m}}\nequations:")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes")
+    columns = {"A.p": np.full(100, 5.1), "B.q": np.full(100, 5.0)}
+    own = bank.evaluate(signals(bank.system, columns), Differentiation())
+    found = at_smallest(window_of(own, 5.0, 2.0, faults=["A.p"]), own, 0.01)
+    assert distinguishability(found).detected[0] == 0.0
