@@ -65,6 +65,18 @@ def test_what_comes_at_the_same_time_is_not_told_as_later(later, is_told):
     assert "a failure of the gps disturbs it too" in said
 
 
+@pytest.mark.parametrize(("sooner", "is_told"), [(2.0, True), (2.25, False)])
+def test_what_shows_a_little_sooner_may_follow_all_the_same(sooner, is_told):
+    shown = {"gps": ["x"], "baro": ["x"], "radar": ["x"], "estimator": ["y"], "camera": ["y"]}
+    bank = bank_of(model(shown, {"gps": ["estimator"], "estimator": []}))
+    raised = {row(bank, "GPS.x", f"{name}.x"): [(40, 60)] for name in ("BARO", "RADAR")}
+    raised[row(bank, "ESTIMATOR.y", "CAMERA.y")] = [(40 - sooner, 60)]
+    found = diagnose(alarms_of(bank, raised, peak=20.0), bank).findings
+    (gps,) = [one for one in found if one.component == "gps"]
+    (said,) = [one.against for one in gps.others if one.component == "estimator"]
+    assert ("a failure of the gps disturbs it too" in said) == is_told
+
+
 def test_who_shows_something_else_explains_none_of_the_alarms():
     raised = {
         GPS_BARO: [(40, 60)],
