@@ -132,6 +132,7 @@ def test_rank_is_strict():
 def test_rank_takes_no_centre_and_every_trigger_is_an_alarm():
     alarms = PAPER.decide(residuals(noise(200), allowance=9.0))
     assert alarms.centre.tolist() == [0.0]
+    assert alarms.scale == 1.0
     assert np.array_equal(alarms.alarm, alarms.state == 1)
 
 
