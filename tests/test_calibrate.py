@@ -13,7 +13,7 @@ from fdi.analysis import analyze
 from fdi.calibrate import Flown, _frame, _same_vehicle, calibrate
 from fdi.chain import residuals_of
 from fdi.decision import load_policy
-from fdi.decision.learned import MARGIN, MOST, Reached, learned_from
+from fdi.decision.learned import Reached, learned_from
 from fdi.decision.policy import policy_text
 from fdi.errors import ModelError, UsageError
 from fdi.model.system import Estimate
@@ -33,8 +33,9 @@ def flight(scale, size=0.0, centre=None, key="a: gps"):
 
 def test_threshold_stands_a_margin_above_what_was_reached():
     found = learned_from([flight(1.2), flight(2.0), flight(0.3)])["a: gps"]
-    assert found.scale == pytest.approx(MARGIN * 2.0)
-    assert learned_from([flight(1000.0)])["a: gps"].scale == MOST
+    assert found.scale == 2.5  # a quarter above
+    assert learned_from([flight(1000.0)])["a: gps"].scale == 5.0
+    assert learned_from([flight(0.01)] * 3)["a: gps"].scale == 0.7
 
 
 def test_few_flights_do_not_lower_a_threshold():
@@ -44,14 +45,21 @@ def test_few_flights_do_not_lower_a_threshold():
 
 def test_stated_bound_gives_way_by_what_health_reached_and_is_not_scaled():
     found = learned_from([flight(None, 0.3), flight(None, 0.1), flight(None, 0.0)])["a: gps"]
-    assert found.stray == pytest.approx(MARGIN * 0.3)
+    assert found.stray == 0.375
     assert found.scale == 1.0
 
 
 def test_constants_of_several_flights_bound_the_next_one():
     found = learned_from([flight(0.0, centre=c) for c in (1.0, 1.2, 1.4)])["a: gps"]
     assert found.centre == pytest.approx((0.8, 1.6))
-    assert not np.isfinite(learned_from([flight(0.0, centre=1.0)])["a: gps"].centre).any()
+    for few in ([1.0], [1.0, 1.2]):
+        found = learned_from([flight(0.0, centre=c) for c in few])["a: gps"]
+        assert not np.isfinite(found.centre).any()
+
+
+def test_what_is_learned_is_written_with_four_digits():
+    found = learned_from([flight(1.23456), flight(None, 2345.678), flight(0.1)])["a: gps"]
+    assert (found.scale, found.stray) == (1.543, 2932.0)
 
 
 def test_order_of_flights_does_not_matter():

@@ -292,4 +292,5 @@ def _time(seconds: float) -> str:
     tenths = round(abs(seconds) * 10)
     if tenths < 600:
         return f"{tenths / 10:.1f} s"
-    return f"{tenths // 600} min {tenths % 600 / 10:.0f} s"
+    whole = round(abs(seconds))
+    return f"{whole // 60} min {whole % 60} s"

@@ -44,8 +44,6 @@ ARITIES: Final[Mapping[str, tuple[int, int]]] = {
     "not": (1, 1),
     "and": (1, 1000),
     "or": (1, 1000),
-    "min": (1, 8),
-    "max": (1, 8),
 }
 NODES: Final = (Number, Symbol, Text, Apply)
 

@@ -14,7 +14,7 @@ make, as the expected log-likelihood ratio (Kullback-Leibler), is half the squar
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -197,7 +197,9 @@ def at_smallest(window: Window, residuals: Residuals, alpha: float, power: float
         up, down = (_crossing(own, one, needed) for one in lengths)
         either = equations[of[name]].measurement is not None
         found[name] = -down if (down > up) == either else up
-    return at_sizes(window, residuals, found)
+    there = at_sizes(window, residuals, found)
+    unseen = (sizes > 0) & ~np.isfinite([found[name] for name in window.names])
+    return replace(there, response=np.where(unseen[:, None], 0.0, there.response))
 
 
 def _crossing(sizes: Floats, lengths: Floats, needed: float) -> float:

@@ -162,7 +162,7 @@ def python_module(bank: Bank, differentiation: Differentiation | None = None) ->
         "    size = len(next(iter(columns.values()), ()))\n",
         "    missing = np.full(size, np.nan)\n",
         '    with np.errstate(all="ignore"):\n',
-        *(f"        {line}\n" for line in body),
+        *(f"        {line}\n" for line in body or ["pass"]),
         "    return {\n",
         *(f"        {g.id!r}: v{g.node},\n" for g in exported),
         "    }\n",
@@ -265,19 +265,24 @@ class _Lines:
             if node.kind == "residual"
             else self.system.variables[node.variables[0]].circular
         )
-        if len(roots) == 1:
+        # what was undone may have roots that solve nothing, or lie outside the domain
+        sides_of = (equation.left, equation.right)
+        undone = node.kind == "solve" and Symbol(node.variables[0]) not in sides_of
+        is_checked = undone and not self._real
+        if len(roots) == 1 and not is_checked:
             value = f"wrap({roots[0]})" if circular else roots[0]
             return [f"{own} = {value}"]
         variable = self.system.variables[node.variables[0]]
         lines = [f"roots = [{', '.join(roots)}]"]
         known = {*names, variable.name, *self.system.parameters}
         sides = "None"
-        if not self._real and {*symbols(equation.left), *symbols(equation.right)} <= known:
+        if is_checked and {*symbols(equation.left), *symbols(equation.right)} <= known:
             here = {**names, variable.name: "root"}
-            left, right = (self.code(side, here) for side in (equation.left, equation.right))
+            left, right = (self.code(side, here) for side in sides_of)
             sides = f"[(_known({left}, size), _known({right}, size)) for root in roots]"
-        low = "-np.inf" if variable.low is None else repr(float(variable.low))
-        high = "np.inf" if variable.high is None else repr(float(variable.high))
+        ends = (variable.low, variable.high) if is_checked else (None, None)
+        low = "-np.inf" if ends[0] is None else repr(float(ends[0]))
+        high = "np.inf" if ends[1] is None else repr(float(ends[1]))
         near = next((f"v{i}" for name, i in node.near if name == variable.name), "missing")
         turns = f"{equation.circular}, {circular}"
         root = f"_root(roots, {sides}, {low}, {high}, {near}, {turns})"

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fdi.decision.bounds import learn
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.judging import persistent
 from fdi.decision.noise import trailing_mean
@@ -131,6 +132,7 @@ def test_rank_is_strict():
 def test_rank_takes_no_centre_and_every_trigger_is_an_alarm():
     alarms = PAPER.decide(residuals(noise(200), allowance=9.0))
     assert alarms.centre.tolist() == [0.0]
+    assert alarms.scale == 1.0
     assert np.array_equal(alarms.alarm, alarms.state == 1)
 
 
@@ -301,6 +303,15 @@ def test_fault_that_begins_soon_after_take_off_is_no_condition(start, size):
         assert alarms.unfit.tolist() == [False]
         assert not alarms.alarm[0, : round(start * RATE)].any()
         assert alarms.alarm[0, round((start + 2) * RATE) :].mean() > 0.9
+
+
+@pytest.mark.parametrize(("start", "judged"), [(0.11, False), (0.15, True)])
+def test_means_are_judged_where_the_first_third_of_the_flight_is_mostly_calm(start, judged):
+    """A mean of 5 fills 67 % of the first third, or 55 %; so large it may be the test's nature."""
+    values = noise(HALF_HOUR)
+    values[round(start * HALF_HOUR) :] += 5.0
+    (most,) = learn(residuals(values), RECIPE).told.mean_most
+    assert np.isfinite(most) == judged
 
 
 def test_fault_that_turns_a_constant_into_its_opposite_is_no_condition():

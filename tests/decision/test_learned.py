@@ -6,6 +6,7 @@ import pytest
 from fdi.decision.bounds import learn
 from fdi.decision.learned import reached
 from fdi.decision.recipes import PredictedSpread
+from fdi.model.parts import Kind
 
 from .build import flown, residuals
 
@@ -54,3 +55,12 @@ def test_the_constant_is_the_median_of_the_reference_where_the_model_allows_one(
     (held,) = of_flight(values + 7.0, allowance=10.0).values()
     assert free.centre is None
     assert held.centre == pytest.approx(7.0, abs=0.6)  # of 80 samples: four of its deviations
+
+
+@pytest.mark.parametrize(("samples", "size"), [(1, 0.0), (2, 2.0), (3, 4.0), (5, 4.0), (6, 8.0)])
+def test_of_a_stated_bound_a_short_excess_counts_as_judging_would_let_it_alarm(samples, size):
+    """Six samples make an alarm, three twice as far beyond, and two four times as far."""
+    values = np.zeros(N)
+    values[200 : 200 + samples] = 8.0
+    (found,) = of_flight(values, kind=Kind.LIMIT).values()
+    assert (found.scale, found.size) == (None, size)

@@ -15,12 +15,17 @@ ORACLE = """  oracle:
     fields:
       odd: {variable: odd, accuracy: 0.1}
       strange: {variable: strange, accuracy: 0.1}
+      stray: {variable: stray, accuracy: 0.1}
 limits:
   gps_odd: {variable: odd, max: 3, component: gps}
+  control_stray: {variable: stray, max: 3, component: control}
   star_strange: {variable: strange, max: 3, component: star, suspects: [sun]}
 """
 BANK = bank_of(
-    TEXT.replace("variables:\n", 'variables:\n  odd: {unit: "1"}\n  strange: {unit: "1"}\n')
+    TEXT.replace(
+        "variables:\n",
+        'variables:\n  odd: {unit: "1"}\n  strange: {unit: "1"}\n  stray: {unit: "1"}\n',
+    )
     + ORACLE
 )
 GPS_ODD, STAR_STRANGE = limit_row(BANK, "gps_odd"), limit_row(BANK, "star_strange")
@@ -51,6 +56,13 @@ def test_a_method_that_points_elsewhere_is_told_as_a_contradiction():
     assert (first.rank, first.agrees) == (1, False)
     assert "does not point to the gps" in first.text.lower()
     assert "the star or the sun fits" in first.text.lower()
+
+
+def test_a_method_that_points_to_what_the_accused_disturbs_is_told_so():
+    found = told(COMPARED | {limit_row(BANK, "control_stray"): [(45, 60)]})
+    (one,) = found.methods
+    assert (one.rank, one.agrees) == (1, False)
+    assert "points to the control, which may follow from the failure of the gps" in one.text.lower()
 
 
 def test_where_only_the_method_shows_it_that_is_said():

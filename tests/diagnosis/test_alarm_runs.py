@@ -1,6 +1,7 @@
 """Which alarms a flight holds: every one once, with its bounds."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -45,6 +46,34 @@ def test_what_has_lasted_too_long_failed_when_it_began():
     assert (run.onset, run.known) == (34.0, 40.0 + CONFIRM_S)
     (late,) = find_runs(alarms, 38, 100)  # a flight that begins later
     assert late.onset == 38.0
+
+
+def test_of_several_things_that_stand_still_the_longest_tells_when_it_began():
+    """A limit on how long both of two channels have shown the same."""
+    text = model({"gps": ["x"], "baro": ["y"]}).replace(
+        "variables:", "variables:\n  a: {unit: s}\n  b: {unit: s}\n  both: {unit: s}"
+    )
+    text += (
+        "equations:\n"
+        "  whole: {text: both = a + b, solves: [both], fault: gps.way, component: gps}\n"
+        "limits:\n  long: {variable: both, max: 9, elapsed: true, component: gps}\n"
+        "inputs:\n  RAW:\n    fields:\n      p:still: {variable: a}\n      q:still: {variable: b}\n"
+    )
+    bank = bank_of(text)
+    alarms = alarms_of(bank, {limit_row(bank, "long"): [(40, 60)]})
+    for channel, column in alarms.residuals.signals.columns.items():
+        lasted = {"p:still": 3.0, "q:still": 7.0}.get(channel.field, 0.0)
+        column[:] = np.where(alarms.residuals.t == 40, lasted, np.nan)
+    (run,) = find_runs(alarms, 0, 100)
+    assert run.onset == 40.0 - 7.0
+
+
+@pytest.mark.parametrize("start", [1 / RATE, 10.0])
+def test_of_an_alarm_that_stands_when_the_time_begins_as_much_must_be_left_as_makes_one(start):
+    alarms = alarms_of(BANK, {0: [(0, 60)]})
+    (run,) = find_runs(alarms, start, 100)
+    assert (run.onset, run.known) == (start, start + CONFIRM_S)
+    assert find_runs(alarms, 60 - CONFIRM_S, 100) == []
 
 
 def test_alarm_that_is_never_certain_is_none():

@@ -67,6 +67,15 @@ def test_change_that_a_mean_would_have_shown_is_beyond_the_tolerance():
     assert {one.size for item in found for one in item.would_show} == {1.75}
 
 
+@pytest.mark.parametrize(("until", "size"), [(45.0, 2.0), (47.0, 4.0)])
+def test_change_that_would_have_shown_is_that_of_nine_tenths_of_the_last_minute(until, size):
+    """Of 40 to 100 s; what was before does not count."""
+    alarms = alarms_of(BANK, {})
+    threshold = np.where(alarms.residuals.t < until, 4.0, alarms.threshold)
+    found = diagnose(replace(alarms, threshold=threshold), BANK).ruled_out
+    assert {one.size for item in found for one in item.would_show} == {size}
+
+
 def test_test_that_was_mostly_unknown_rules_nothing_out():
     for unknown, out in ((30, False), (10, True)):
         found = answer({}, unknown={SKY: [(0, unknown)]})

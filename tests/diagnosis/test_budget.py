@@ -156,7 +156,7 @@ def test_noise_is_what_is_judged_in_the_air_and_far_from_alarms():
     bounds = learn(given, RECIPE)
     noise = noise_of(judge(given, bounds, RECIPE, USE), bounds)
     assert 60.0 <= 3600 * noise.hours <= 75.0
-    assert noise.known.shape[1] <= LENGTH // 2
+    assert noise.known.shape == noise.unit.shape == (rows, round(3600 * noise.hours * RATE))
     assert noise.rows.tolist() == [row for row in range(rows) if row != 1]
     assert (noise.model.deviation[noise.rows] * 0.6 < 1.5).all()
 

@@ -85,6 +85,43 @@ def test_it_is_counted_from_when_control_was_lost():
     assert answer({SKY: [(83, 84)]}, ends=lost).endings[0].first == ()
 
 
+def test_commands_stand_among_what_was_first_and_what_is_merely_mentioned_does_not():
+    events = [
+        Event(81.0, "arm", "whatever"),
+        Event(82.0, "disarm", "whatever"),
+        Event(83.0, "text", "a warning", 4),
+        Event(84.0, "text", "a notice", 5),
+        Event(85.0, "sensor", "compass lost", 3),
+        Event(86.0, "text", "of unknown weight"),
+    ]
+    stopped = (FlightEnd(0, "impact", 90.0, 12.9, 88.0, "stop"),)
+    (ending,) = answer({}, ends=stopped, events=events).endings
+    assert [(one.at, one.kind, one.text) for one in ending.first] == [
+        (81.0, "command", "armed"),
+        (82.0, "command", "disarmed"),
+        (83.0, "event", "a warning"),
+        (85.0, "event", "compass lost"),
+        (88.0, "command", "all motors are told to stop"),
+    ]
+
+
+def test_a_test_that_left_health_before_its_alarm_is_told_once_from_then_on():
+    alarms = alarms_of(BANK, {SKY: [(85, 88)]}, ends=BLOW, flights=CRASH)
+    state = alarms.state.copy()
+    state[SKY, 4 * 82 : 4 * 83] = 1
+    (ending,) = answer({SKY: [(85, 88)]}, state=state).endings
+    assert [(one.at, one.kind) for one in ending.first] == [(82.0, "alarm")]
+
+
+def test_what_a_fall_out_of_control_looks_like_leads_the_verdict():
+    for lost_by, said in (
+        ("stop", "All motors stopped in the air (log 80.0 s) and the log shows no recovery"),
+        ("lean", "Control was lost (log 80.0 s) and the log shows no recovery"),
+    ):
+        end = (FlightEnd(0, "control_lost", 90.0, None, 80.0, lost_by),)
+        assert answer({}, ends=end).verdict.startswith(said)
+
+
 @pytest.mark.parametrize("how", ["landed", "in_air"])
 def test_a_flight_that_ends_well_has_nothing_that_was_first(how):
     found = answer({SKY: [(83, 84)]}, ends=(FlightEnd(0, how, 90.0),))

@@ -153,3 +153,56 @@ def test_strongest_sample_is_told_and_not_an_unknown_one():
     alarms = alarms_of(bank, {0: [(40, 50)]}, unknown={0: [(42, 44)]}, **SHORT)
     alarms.residuals.values[0, 45 * 4] = -11
     assert "off by up to 11 m" in diagnose(alarms, bank).findings[0].evidence.text
+
+
+AMOUNT = bank_of(
+    """
+format: 1
+name: scale
+variables: {force: {unit: N}, load: {unit: N}, left: {unit: N}}
+equations: {off: {text: left = force - load, solves: [left]}}
+equalities:
+  balanced:
+    text: left = 0
+    solves: []
+    component: gauge
+    amounts:
+      "it shows # of the load": force/load
+      "it lasts, by #": {value: left, least: 20 s}
+measurements:
+  VFR_HUD:
+    component: gauge
+    fields:
+      alt: {variable: load, accuracy: 0.1 N, raw: true}
+      climb: {variable: force, accuracy: 0.3 N, raw: true}
+"""
+)
+
+
+def weighed(known_s, until=50):
+    """What is said where a force of 6 N on a load of 5 N was known for so long of an alarm."""
+    alarms = alarms_of(AMOUNT, {0: [(40, until)]}, seconds=90, flights=(Flight(0, 90),))
+    t, columns = alarms.residuals.t, alarms.residuals.signals.columns
+    for channel, column in columns.items():
+        column[:] = 5.0 if channel.field == "alt" else np.where(t < 40 + known_s, 6.0, np.nan)
+    (run,) = find_runs(alarms, 0.0, 90.0)
+    return sentence(run, alarms)
+
+
+def test_an_alarm_is_told_by_what_a_person_can_check():
+    """Relative errors of 0.3 of 6 and 0.1 of 5: 5.4 % of 1.2."""
+    assert (
+        weighed(50)
+        == "it shows 120 +- 6 % of the load, from 40.0 s for 10.0 s (VFR_HUD.alt and VFR_HUD.climb)"
+    )
+
+
+def test_an_amount_is_told_of_an_alarm_that_lasts_as_long_as_it_asks():
+    said = weighed(50, until=60)
+    assert "it shows 120 +- 6 % of the load, it lasts, by 1.0 +- 0.3 N, from" in said
+    assert "it lasts" not in weighed(50, until=59)
+
+
+@pytest.mark.parametrize(("known_s", "is_told"), [(5.0, True), (4.5, False)])
+def test_an_amount_is_told_that_is_known_for_half_of_the_alarm(known_s, is_told):
+    assert ("it shows 120" in weighed(known_s)) == is_told

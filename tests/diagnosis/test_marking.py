@@ -44,6 +44,11 @@ def test_unknown_sample_inside_an_alarm_marks_nothing():
     assert MARKINGS["majority"](state, alarm).tolist() == [1, -1, 1]
 
 
+def test_an_alarm_that_is_unknown_is_none_beside_a_test_that_is_quiet():
+    state, alarm = np.array([[-1], [0]], dtype=np.int8), np.array([[True], [False]])
+    assert MARKINGS["majority"](state, alarm).tolist() == [0]
+
+
 SHOWN = {"gps": ["x"], "baro": ["x"], "radar": ["x"], "compass": ["y"]}
 
 

@@ -35,14 +35,17 @@ measurements:
 """
 
 
+def shows(component, name):
+    """The lines of a channel of a component that shows x."""
+    head = f"  {name}:\n    component: {component}\n    group: sensor\n    fields:\n"
+    return head + "      x: {variable: x, accuracy: 1 m}\n"
+
+
 def bank_with(**channels):
     """A bank where each component shows x by the channels given."""
-    lines = [MODEL]
-    for component, names in channels.items():
-        for name in names:
-            lines.append(f"  {name}:\n    component: {component}\n    group: sensor\n    fields:\n")
-            lines.append("      x: {variable: x, accuracy: 1 m}\n")
-    return bank_of("".join(lines))
+    return bank_of(
+        MODEL + "".join(shows(c, name) for c, names in channels.items() for name in names)
+    )
 
 
 THREE = bank_with(gps=["GPS"], baro=["BARO"], radar=["RADAR"])
@@ -227,6 +230,12 @@ def test_without_noise_a_step_is_explained_whole():
     assert sizes[~np.array(held)] == pytest.approx(0.0)
 
 
+def test_samples_beside_the_beginning_do_not_count():
+    """Sampling smears a step: half of it shows at first, and all of it 0.4 s later."""
+    _, found, _ = fitted(np.where(ONSET == T, 4.0, 8.0) * STEP)
+    assert found.value == pytest.approx(8.0, abs=0.01)
+
+
 def test_without_noise_a_ramp_is_explained_whole_and_not_by_seconds_of_it():
     _, found, _ = fitted(0.5 * RAMP, "drift")
     assert found.value == pytest.approx(0.5, abs=0.02)
@@ -277,13 +286,56 @@ def test_memory_of_the_noise_widens_variances_as_the_process_says(memory):
     assert deviation * spread**2 == pytest.approx(2.0, rel=0.3)
 
 
+def test_statements_that_are_silent_within_their_bounds_have_no_direction():
+    limits = "limits:\n  far: {variable: x, max: 500}\n"
+    bank = bank_of(MODEL + shows("gps", "GPS") + shows("baro", "BARO") + limits)
+    where = scene(alarms_of(bank, {}), "gps", ONSET, 0.0, 100.0)
+    (pair,) = where.rows
+    assert set(bank.generators[pair].faults) == {"GPS.x", "BARO.x"}
+
+
+def test_in_white_noise_a_size_is_as_sure_as_least_squares_says():
+    """The mean of 80 differences to two others of 1 m; it wanders by 15 % of what they scatter."""
+    both = np.sqrt(1.0 + 1.0 / 2.0)
+    found = [sized(alarms_of(THREE, {"GPS.x": 10 * STEP}, seed)).sigma for seed in range(10)]
+    # and 4 % of the size by which sensitivities may be off
+    expected = np.hypot(both * np.hypot(1 / np.sqrt(80), 0.15), 0.04 * 10.0)
+    assert np.median(found) == pytest.approx(expected, rel=0.05)
+
+
+PRESSED = MODEL.replace("  x: {unit: m}", "  x: {unit: m}\n  p: {unit: Pa}") + (
+    "  GPS: {component: gps, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
+    "  RADAR: {component: radar, group: sensor, fields: {x: {variable: x, accuracy: 1 m}}}\n"
+    "  BARO: {component: baro, group: sensor, fields: {p: {variable: p, accuracy: 12 Pa}}}\n"
+    "parameters:\n  slope: {value: -12, unit: Pa/m}\n  zero: {value: 1300, unit: Pa}\n"
+    "equations:\n  air: {text: x = (p - zero)/slope, solves: [x]}\n"
+)
+
+
+@pytest.mark.parametrize(("fault", "shape", "shown"), [(STEP, "bias", 8.0), (RAMP, "drift", 0.4)])
+def test_a_pressure_that_is_off_is_told_with_the_height_that_it_shows(fault, shape, shown):
+    """12 Pa are a metre."""
+    bank = bank_of(PRESSED)
+    found = sized(alarms_of(bank, {"BARO.p": -12.0 * shown * fault}, scale=0.1), "baro")
+    assert (found.channels, found.shape, found.unit) == (("BARO.p",), shape, "Pa")
+    assert found.value == pytest.approx(-12.0 * shown, rel=0.05)
+    assert (found.shown, found.shown_unit) == (pytest.approx(shown, rel=0.05), "m")
+
+
 def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sensor():
     where, best, _ = fitted(8.0 * STEP)
     named = replace(best.hypothesis, names=("GPS2.x",))
     twin = replace(best, hypothesis=named, value=-best.value)
     assert _against([best], where) == ()
     assert _against([best, twin], where) == ("GPS2.x",)
-    # a worse one is no rival, and one that explains as much otherwise leaves it open
+    # a worse one is no rival: by six, after the memory of the noise and what is left
+    apart = 6.0 * where.inflation
+    for less, rival in ((0.99 * apart, ("GPS2.x",)), (1.01 * apart, ())):
+        near = replace(twin, gain=best.gain - less)
+        assert _against([replace(best, left=0.5), near], where) == rival
+        wide = replace(twin, gain=best.gain - 2.0 * less)
+        assert _against([replace(best, left=2.0), wide], where) == rival
+    # one that explains as much otherwise leaves it open
     assert _against([best, replace(twin, gain=0.5 * best.gain)], where) == ()
     assert _against([best, replace(twin, value=best.value)], where) is None
     assert _against([best, replace(twin, hypothesis=replace(named, field="y"))], where) is None

@@ -1,7 +1,9 @@
 """What is kept on disk comes back as it was, and whatever else stands there is refused."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
 import pytest
 from hypothesis import given, settings
@@ -10,8 +12,8 @@ from hypothesis import strategies as st
 from fdi.errors import EntryError
 from fdi.model import load_airframe, shipped_models
 from fdi.model.airframe import Airframe
-from fdi.model.codec import MAX_LEVELS, MAX_TOKENS, decode, encode
-from fdi.model.expression import Apply, Expression, Number, Symbol, parse
+from fdi.model.codec import MAX_LEVELS, MAX_TEXT, MAX_TOKENS, decode, encode
+from fdi.model.expression import FUNCTIONS, Apply, Expression, Number, Symbol, parse
 from fdi.model.parts import Equation, Kind
 
 from .trees import conditions, quantities
@@ -112,6 +114,59 @@ def test_depth_and_size_have_bounds_and_need_no_recursion():
 def test_what_the_parser_would_refuse_is_refused_here(tokens):
     with pytest.raises(EntryError):
         decode(Expression, tokens)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_function_comes_back_with_as_few_and_as_many_arguments_as_it_takes(name):
+    for count in FUNCTIONS[name]:
+        expression = parse(f"{name}({', '.join(['x', *['2'] * (count - 1)])})")
+        assert decode(Expression, encode(expression)) == expression
+    few, most = FUNCTIONS[name]
+    for count in (few - 1, most + 1):
+        with pytest.raises(EntryError, match=r"arguments|not a node"):
+            decode(Expression, [*["x"] * count, [name, count]])
+
+
+@pytest.mark.parametrize(
+    ("kind", "tree"),
+    [
+        (Mapping[str, float], [["x", 1.0]]),
+        (Mapping[str, float], {"x": "1"}),
+        (bool, 1),
+        (bool, "true"),
+        (bool | None, 0),
+        (float, True),
+        (float, "1"),
+        (int, 1.0),
+        (str, 1),
+        (Literal["left", "right"], "up"),
+        (tuple[int, str], [1]),
+        (tuple[int, str], [1, "a", 2]),
+        (tuple[int, ...], {"0": 1}),
+        (frozenset[str], "ab"),
+        (str, "x" * (MAX_TEXT + 1)),
+    ],
+)
+def test_a_tree_of_another_kind_is_refused(kind, tree):
+    with pytest.raises(REFUSED):
+        decode(kind, tree)
+
+
+@pytest.mark.parametrize(
+    ("kind", "tree", "value"),
+    [
+        (Mapping[str, float], {"x": 1}, {"x": 1.0}),
+        (bool | None, None, None),
+        (bool | None, True, True),
+        (float | None, 2, 2.0),
+        (Literal["left", "right"], "left", "left"),
+        (tuple[int, str], [1, "a"], (1, "a")),
+        (frozenset[str], ["a", "b"], frozenset("ab")),
+        (str, "x" * MAX_TEXT, "x" * MAX_TEXT),
+    ],
+)
+def test_a_tree_of_its_kind_is_read(kind, tree, value):
+    assert decode(kind, tree) == value
 
 
 def test_a_value_of_another_shape_is_refused():

@@ -145,3 +145,30 @@ def test_a_table_takes_as_many_arguments_as_it_has_dimensions_one_or_two(count):
     points = [[0.0, 1.0]] * count
     with pytest.raises(ModelError, match=f"of {count} dimensions takes 3 arguments"):
         table(points, np.zeros((2,) * count), ["1", "1", "1"], "1")
+
+
+@pytest.mark.parametrize("values", [[4.0, 1.0, 0.0], [0.0, 1.0, 4.0]])
+def test_a_table_that_only_falls_or_only_rises_is_undone(values):
+    curve = table([0.0, 1.0, 3.0], values, ["1"], "1")
+    places = np.array([0.0, 0.25, 1.0, 2.5, 3.0])
+    assert curve.undo(curve.compute(places)) == pytest.approx(places)
+    assert np.isnan(curve.undo(np.array([-0.1, 4.1]))).all()
+
+
+@pytest.mark.parametrize("values", [[0.0, 1.0, 0.5], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0]])
+def test_a_table_that_gives_a_value_twice_is_not_undone(values):
+    assert table([0.0, 1.0, 3.0], values, ["1"], "1").undo is None
+
+
+@pytest.mark.parametrize("values", [[0.0, 1.0], [0.0, np.nan, 1.0], [[0.0, 1.0, 2.0]]])
+def test_a_table_without_a_finite_value_at_every_point_is_refused(values):
+    with pytest.raises(ModelError, match=r"finite, of the shape \(3,\)"):
+        table([0.0, 1.0, 3.0], values, ["1"], "1")
+
+
+def test_what_a_function_takes_are_units_and_one_can_be_undone():
+    for takes in ("rad/s", ()):
+        with pytest.raises(ModelError, match="must be a tuple of units"):
+            Function(np.hypot, takes, "m")
+    with pytest.raises(ModelError, match="only a function of one argument can be undone"):
+        Function(np.hypot, ("m", "m"), "m", np.square)

@@ -54,6 +54,9 @@ def test_a_report_widens_the_spread_of_every_residual_that_uses_the_channel(tmp_
     for row in np.flatnonzero(known.any(axis=1)):
         wider = widened.spread[row][known[row]] > plain.spread[row][known[row]] + 1e-9
         assert wider.all() if holds[row] else not wider.any()
+    assert reported_accuracies(bank.system, plain.signals) == ()
+    silent = replace(plain.signals, accuracy={vel: np.full(50, np.nan)})
+    assert reported_accuracies(bank.system, silent) == ()
     (one,) = reported_accuracies(bank.system, poor)
     assert (one.stated, one.reported, one.used, one.bounded) == (0.3, 0.6, 0.6, 0.0)
 

@@ -14,9 +14,21 @@ from fdi.residuals import build_bank, cache
 from fdi.residuals.cache import _depends_on, cached_bank
 
 from .build import GLIDER, airframe
+from .plants import TANKS
 from .test_evaluate import LOOP
 
 ROOT = Path(__file__).parents[2]
+SLOPE = """
+format: 1
+name: slope
+variables: {u: {unit: m}, v: {unit: m}, gain: {unit: "1"}}
+equations:
+  k_1: {text: "gain = slope(v, u)", window: 10 s, tolerance: 0.1}
+limits:
+  l_1: {variable: gain, min: 0.5, component: a}
+measurements:
+  A: {component: a, fields: {u: {variable: u, accuracy: 1 m}, v: {variable: v, accuracy: 1 m}}}
+"""
 MODEL = ROOT / "tests" / "models" / "paper_77.yaml"
 
 
@@ -107,6 +119,46 @@ def test_a_foreign_entry_is_ignored_and_built_anew(name, folder):
     tampered(entry_of(folder), CHANGES[name])
     assert parts(cached_bank(system, "mtes")) == built
     assert parts(cached_bank(system, "mtes")) == built
+
+
+FITS = {  # what more of a list leaves a node one that can be computed
+    "solve": {"expressions", "arguments"},
+    "loop": {"arguments"},
+    "residual": {"arguments"},
+    "observer": {"arguments"},
+    "slope": {"arguments"},
+}
+FIELDS = {"variables": 2, "expressions": 3, "arguments": 4}
+NEEDED = {"part": {"arguments"}, "derivative": {"arguments"}, "slope": {"arguments"}}
+
+
+@pytest.mark.parametrize(
+    "text", [GLIDER, LOOP, TANKS, SLOPE], ids=["plain", "loop", "held", "slope"]
+)
+def test_a_node_of_another_shape_is_built_anew(text, folder, tmp_path, monkeypatch):
+    """Of each of its lists once twice as much, and once nothing."""
+    system = airframe(tmp_path, text).observe()
+    bank = cached_bank(system, integrate=True)
+    entry = entry_of(folder)
+    whole = json.loads(entry.read_bytes().partition(b"\n")[2])
+    built = []
+    monkeypatch.setattr(cache, "build_bank", lambda *a, **k: built.append(1) or bank)
+    cached_bank(system, integrate=True)
+    assert not built
+    for number, node in enumerate(bank.nodes):
+        needed = {"variables", "expressions"} | NEEDED.get(node.kind, set())
+        for name, place in FIELDS.items():
+            own = whole[0][number][place]
+            for changed in [2 * own] * (name not in FITS.get(node.kind, ())) + [[]] * (
+                name in needed
+            ):
+                if changed == own:
+                    continue
+                built.clear()
+                tampered(entry, lambda t: t[0][number].__setitem__(place, changed))  # noqa: B023
+                cached_bank(system, integrate=True)
+                assert built, (node.kind, name, len(changed))
+                tampered(entry, lambda t: t.__setitem__(slice(None), whole))
 
 
 def test_a_second_run_imports_neither_sympy_nor_pint(folder):

@@ -15,7 +15,7 @@ from fdi.residuals.distinguish import (
 )
 from fdi.residuals.respond import stretch
 from fdi.residuals.suffice import Wish, both_ways, cheapest_sensors, cheapest_tests
-from fdi.residuals.window import window_of
+from fdi.residuals.window import at_sizes, window_of
 
 from .build import airframe
 from .test_evaluate import signals, truth
@@ -185,6 +185,20 @@ def test_unknown_samples_bring_nothing(tmp_path):
     assert distinguishability(window, [0]).detected[0] <= 0.5 / (1 / 8 + mean_b) * 1.01
 
 
+@pytest.mark.parametrize("profile", ["step", "drift"])
+def test_where_all_is_linear_a_fault_of_any_size_moves_each_test_by_its_slope(three, profile):
+    window = window_of(three, 5.0, 2.0, profile)
+    found = at_sizes(window, three, {"A.p": 3.0, "B.p": -7.0})
+    assert found.at.tolist() == [3.0, -7.0, 0.0]
+    assert found.response == pytest.approx(window.response, abs=1e-9)
+    # of the tests that hold it, by as much as it is
+    after = np.ones(10) if profile == "step" else np.arange(10) / 5.0
+    for fault, own in zip(found.names, found.response, strict=True):
+        for row, generator in enumerate(three.bank.generators):
+            moved = after if fault in generator.faults else 0.0
+            assert np.abs(own[found.residual == row]) == pytest.approx(moved, abs=1e-9)
+
+
 KINK = """
 format: 1
 name: kink
@@ -210,3 +224,33 @@ def test_beside_a_corner_the_size_is_that_of_the_bank_itself(tmp_path, flown, se
         assert there > 1.1 * slope
     else:
         assert there == pytest.approx(slope, rel=1e-6)
+
+
+BENT = KINK.replace("components: {a: {group: sensor}}", "components: {a: {group: sensor}, b: {}}")
+BENT = BENT.replace("q: {unit: m}}", "q: {unit: m}, r: {unit: m}}").replace(
+    'bent: "q = abs(p)"', 'link: {text: "r = p", fault: slip, component: b}, bent: "q = abs(r)"'
+)
+
+
+@pytest.mark.parametrize("flown", [1.0, -1.0])
+def test_a_channel_may_be_off_to_the_side_that_shows_less_and_a_link_to_the_one_that_shows_more(
+    tmp_path, flown
+):
+    """Away from the corner all of it shows, towards it at first less and less."""
+    bank = build_bank(airframe(tmp_path, BENT).observe(), "mtes")
+    columns = {"A.p": np.full(100, flown), "B.q": np.full(100, abs(flown))}
+    own = bank.evaluate(signals(bank.system, columns), Differentiation())
+    found = at_smallest(window_of(own, 5.0, 2.0, faults=["A.p", "slip"]), own, 0.01)
+    channel, link = found.at * flown
+    assert channel < 0 < link < -channel
+
+
+def test_what_no_size_shows_is_not_seen(tmp_path):
+    """To one side the error of a sensor that is cut off a little further up."""
+    text = KINK.replace('"q = abs(p)"', '"q = min(p, most)"')
+    text = text.replace("equations:", "parameters: {most: {value: 5, unit: m}}\nequations:")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes")
+    columns = {"A.p": np.full(100, 5.1), "B.q": np.full(100, 5.0)}
+    own = bank.evaluate(signals(bank.system, columns), Differentiation())
+    found = at_smallest(window_of(own, 5.0, 2.0, faults=["A.p"]), own, 0.01)
+    assert distinguishability(found).detected[0] == 0.0

@@ -399,3 +399,42 @@ def test_records_of_one_message_are_late_together_and_show_nothing_of_it(bank):
         i for i, g in enumerate(bank.generators) if {"VFR_HUD.alt", "VFR_HUD.climb"} == {*g.faults}
     )
     np.testing.assert_array_equal(plain[row], widened[row])
+
+
+TWICE = """
+format: 1
+name: twice
+variables: {p: {unit: m}, two: {unit: m}, q: {unit: m}}
+equations:
+  k: {text: "two = 2*p", solves: [two]}
+  l: {text: "q = two - p", solves: [q]}
+measurements:
+  A: {component: a, group: sensor, fields: {p: {variable: p, accuracy: 3 m}}}
+  B: {component: b, group: sensor, fields: {q: {variable: q, accuracy: 4 m}}}
+"""
+
+
+def test_an_error_that_enters_on_two_ways_is_one_error(tmp_path):
+    """2 p - p is p: of 3 m, and with the other sensor's 4 m it is 5."""
+    bank = build_bank(airframe(tmp_path, TWICE).observe(), "mtes+cross_checks")
+    found = run(bank, {"A.p": np.arange(20.0), "B.q": np.arange(20.0)})
+    assert found.values == pytest.approx(0.0)
+    assert found.spread == pytest.approx(5.0)
+
+
+def test_of_an_accuracy_only_what_changes_from_sample_to_sample_is_noise_of_a_derivative(tmp_path):
+    """A barometer off by a metre all along climbs as well as one that is not."""
+    added = []
+    for stated in ("", ", jitter: 0.02 m"):
+        text = GLIDER.replace(
+            "variable: h, accuracy: 0.1 m", f"variable: h, accuracy: 0.1 m{stated}"
+        )
+        bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+        (row,) = [
+            i
+            for i, one in enumerate(bank.generators)
+            if set(one.faults) == {"VFR_HUD.alt", "VFR_HUD.climb"}
+        ]
+        found = run(bank, truth(50)).spread[row, 25]
+        added.append(np.sqrt(found**2 - 0.4**2))  # the climb's own accuracy
+    assert added[1] == pytest.approx(0.2 * added[0])

@@ -16,7 +16,9 @@ from fdi.residuals.export import python_module
 from fdi.telemetry import read
 
 from .build import GLIDER, airframe
-from .test_evaluate import signals, truth
+from .plants import TANKS
+from .test_cache import SLOPE
+from .test_evaluate import ROOT, signals, truth
 
 LOG = EXAMPLES / "copter_gps_loss_landing.tlog"
 TOLERANCE = 1e-9  # of the residual's size
@@ -111,3 +113,50 @@ def test_the_module_holds_the_signatures_and_says_what_it_lacks(tmp_path):
     assert {**space["SIGNATURES"], **dict.fromkeys(space["NOT_EXPORTED"])}.keys() == every.keys()
     assert all(every[name] == own for name, own in space["SIGNATURES"].items())
     assert any("size" in why for why in space["NOT_EXPORTED"].values())
+
+
+SHOWN = "  C: {component: c, group: sensor, fields: {p: {variable: p}}}\n"
+CIRCLE = """
+format: 1
+name: circle
+variables: {c: {unit: rad, circular: true}, s: {unit: "1"}}
+parameters: {least: {value: -0.9, unit: "1"}}
+equations:
+  k: {text: "s = cos(c)", solves: [c], when: "not (s < least)"}
+measurements:
+  A: {component: a, group: sensor, fields: {s: {variable: s}}}
+  C: {component: c, group: sensor, fields: {p: {variable: c}}}
+"""
+SEVERAL = {
+    "of which nothing tells one": ROOT,
+    "with a domain": ROOT.replace('p: {unit: "1"}', 'p: {unit: "1", domain: [0, null]}'),
+    "with a lower side": ROOT.replace('p: {unit: "1"}', 'p: {unit: "1", domain: [-9, 0]}'),
+    "and a channel": ROOT + SHOWN,
+    "of an angle": CIRCLE,
+}
+
+
+@pytest.mark.parametrize("imaginary", ["unknown", "real_part"])
+@pytest.mark.parametrize("which", SEVERAL)
+def test_an_equation_with_several_roots_is_exported(which, imaginary, tmp_path):
+    bank = build_bank(airframe(tmp_path, SEVERAL[which]).observe(), "mtes+cross_checks")
+    recipe = Differentiation(imaginary=imaginary)
+    n = np.arange(12.0)
+    columns = {"A.twice": 8 - n, "B.q": 5 - n, "C.p": 4 * np.cos(n), "A.s": np.sin(n)}
+    given = signals(
+        bank.system, {str(c.channel): columns[str(c.channel)] for c in bank.system.channels}
+    )
+    found = run_alone(python_module(bank, recipe), given, tmp_path)
+    assert len(found) == len(bank.generators) > 0
+    assert_equal(found, bank, bank.evaluate(given, recipe))
+
+
+@pytest.mark.parametrize(("text", "why"), [(TANKS, "integrates states"), (SLOPE, "has a slope")])
+def test_what_needs_more_than_a_sample_and_its_neighbours_is_told_and_not_exported(
+    text, why, tmp_path
+):
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks", integrate=True)
+    space: dict = {}
+    exec(python_module(bank), space)  # noqa: S102
+    assert any(own.startswith(why) for own in space["NOT_EXPORTED"].values())
+    assert space["NOT_EXPORTED"].keys().isdisjoint(space["SIGNATURES"])

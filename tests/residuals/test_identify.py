@@ -259,6 +259,17 @@ def test_a_fault_since_take_off_is_judged_with_what_was_learned(bank):
     assert np.median(np.abs(alone.values[row])) < 0.05
 
 
+@pytest.mark.parametrize(("names", "unfit"), [(("zero", "gain"), False), (("gain",), True)])
+def test_only_what_was_learned_whole_is_held_against_the_flight(bank, names, unfit):
+    """With one parameter that nothing taught it may be the test that does not fit the vehicle."""
+    learned = {"zero": Estimate(ZERO, 0.02, 5), "gain": Estimate(GAIN, 0.02, 5)}
+    own = taught(bank, **{name: learned[name] for name in names})
+    given_ = flown(bank, off=lambda t: np.full(len(t), 30.0))
+    known = identified(own, given_, RECIPE).evaluate(given_, RECIPE)
+    row = [bank.system.equations[g.residual].name for g in bank.generators].index("balanced")
+    assert learn(known, load_policy("default").decision).told.unfit[row] == unfit
+
+
 def test_what_departs_is_told_with_the_test_that_is_farthest_off(bank):
     given_ = flown(bank, off=lambda t: np.full(len(t), 0.3))
     known = identified(taught(bank, zero=Estimate(ZERO, 0.02, 5)), given_, RECIPE)

@@ -9,6 +9,7 @@ from fdi.residuals.interval import Bounds, enclose, inverse, meet, multiply, nar
 
 ONE = [
     *("-x", "x*x", "x**2", "x**3", "x**(-2)", "x**(-3)", "x**1.5", "sqrt(x)", "exp(x)", "log(x)"),
+    *("x**0", "x**0.5", "x**(-0.5)", "x**4"),
     *("sin(x)", "cos(x)", "tan(x)", "asin(x)", "acos(x)", "atan(x)", "abs(x)", "wrap(x)"),
 ]
 TWO = ["x + y", "x - y", "y - x", "x*y", "x/y", "y/x", "atan2(x, y)", "atan2(y, x)"]
@@ -16,7 +17,7 @@ PICK = ["min(x, y)", "max(x, y)"]
 OTHERS = ["sign(x)", "sin(x*y) - 2*cos(x)", "sqrt(x**2 + y**2) - 1", "3 - x/(1 + y**2)"]
 EVERY = pytest.mark.parametrize("text", [*ONE, *TWO, *PICK, *OTHERS])
 UNDONE = ["-x", "x*x", "x**2", "x**3", "x**(-2)", "x**(-3)", "x**1.5", "sqrt(x)", "exp(x)"]
-UNDONE += ["log(x)", "asin(x)", "atan(x)", "abs(x)", *TWO]
+UNDONE += ["x**0.5", "x**(-0.5)", "x**4", "x**(-1)", "log(x)", "asin(x)", "atan(x)", "abs(x)", *TWO]
 BOXES, POINTS = 400, 5
 
 
@@ -191,3 +192,13 @@ def test_nothing_times_infinity_is_nothing():
         found = multiply(zero, whole)
     assert np.abs(np.ravel(found)).max() < 1e-300
     assert np.ravel(meet(zero, whole)).tolist() == [0.0, 0.0]
+
+
+def test_what_has_no_rule_lies_anywhere_and_tells_nothing():
+    edges = np.array([[[1.0], [1.0]], [[2.0], [2.0]]])
+    found = enclosed("bit(x, 1)", edges)
+    for low, high in (found.value, found.slope):
+        assert np.isneginf(low).all()
+        assert np.isposinf(high).all()
+    one = Bounds(np.ones(1), np.ones(1))
+    assert np.ravel(narrowed("bit(x, 1)", edges, one)["x"]).tolist() == [1.0, 2.0]

@@ -65,6 +65,10 @@ def test_stated_noise_widens_the_deviation(seed):
     assert stated[1] > plain[1]
 
 
+def test_without_noise_a_lag_is_known_to_a_twentieth_of_a_sample():
+    assert block_lag(*pieces(3, 5.0, 0.0))[1] == pytest.approx(0.05 / 5.0)
+
+
 def test_nothing_follows_where_nothing_moves():
     assert block_lag(np.ones(50), np.ones(60), 5.0) is None
 

@@ -65,6 +65,18 @@ def test_linear_loops_are_solved_exactly(p, q, a, b):
     assert found.columns[:, 0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("total", "inside"), [(2.1, False), (1.9, True), (0.1, True), (-0.1, False)]
+)
+def test_the_one_solution_of_a_linear_loop_is_dropped_outside_its_domain(total, inside):
+    """x + y is twice what x is, which may be 0 to 1."""
+    x = Variable("x", "1", low=0.0, high=1.0)
+    equations = [parse("x + y - s"), parse("x - y")]
+    found = solve_loop(equations, [x, Y], {"s": np.array([total])})
+    assert np.isfinite(found.columns).tolist() == [[inside]] * 2
+    assert not found.ambiguous.any()
+
+
 def test_choose_takes_the_root_nearest_to_what_is_shown_and_is_unknown_where_there_is_none():
     roots = np.array([[1.0, 1.0, np.nan, 1.0], [-1.0, -1.0, np.nan, np.nan]])[:, None, :]
     near = np.array([[0.4, -0.4, 5.0, -9.0]])

@@ -80,6 +80,12 @@ def test_the_unknown_start_is_forgotten_and_the_noise_is_as_predicted(bank):
     assert abs(later) < 0.08  # innovations are independent
 
 
+def test_however_little_the_data_move_the_start_is_unknown_at_first(bank):
+    found = run(bank, {name: np.zeros(100) for name in ("TANK.level", "TANK.flow")})
+    assert np.isnan(found.values[0, 0])
+    assert np.isfinite(found.values[0, 5:]).all()
+
+
 def test_the_gain_is_that_of_the_steady_riccati_equation(bank):
     """Noise of one source alone comes through as scipy's Riccati equation says."""
     from scipy.linalg import solve_discrete_are
