@@ -43,6 +43,8 @@ BRIEF_S: Final = 0.75
 PROPULSION: Final = "propulsion"
 """The group of what keeps the vehicle in the air."""
 MOST_FOLLOWERS: Final = 2
+LAST_S: Final = 5.0
+"""A height that is older than this is not told as that of the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,8 @@ def outlook(
     upset = any(one.end.how == "failsafe" for one in endings)
     if tests.raised or tests.strayed or upset:
         return "alarms"
+    if any(_is_cut_off(one.end, alarms.residuals.signals) for one in endings):
+        return "untested"
     return "healthy" if _propulsion_testable(alarms) else "untested"
 
 
@@ -117,8 +121,8 @@ def verdict(
         return _unexplained(bad[-1])
     if not np.any(signals.state.airborne):
         return f"The vehicle is never seen to fly. {_quiet(tests)}"
-    said = _failsafe(endings, signals)
-    return _fitted([said, _quiet(tests)], []) if said else _quiet(tests)
+    said = [_failsafe(endings, signals), _unfinished(endings, signals)]
+    return _fitted([*filter(None, said), _quiet(tests)], [])
 
 
 def _quiet(tests: Tests) -> str:
@@ -183,6 +187,27 @@ def _failsafe(endings: Sequence[Ending], signals: Signals) -> str:
             text = re.sub(r"[_<>=]+", " ", said.text)[:60].strip()
             return f'The autopilot reported "{text}" {_time(said.t)} into the log.'
     return ""
+
+
+def _unfinished(endings: Sequence[Ending], signals: Signals) -> str:
+    """Return that the log ends in the air, "" where it does not: what happened then is not in it.
+
+    Whether the recording was cut off or the power was, nothing in the log tells.
+    """
+    if not endings or not _is_cut_off(endings[-1].end, signals):
+        return ""
+    end = endings[-1].end
+    height = ""
+    if signals.height is not None:
+        known = signals.height[(signals.t > end.at - LAST_S) & (signals.t <= end.at)]
+        known = known[np.isfinite(known)]
+        height = f" at {known[-1] + 0.0:.0f} m" if len(known) else ""
+    return f"The log ends in the air{height} (log {end.at:.1f} s)."
+
+
+def _is_cut_off(end: FlightEnd, signals: Signals) -> bool:
+    """Return whether a flight is not seen to end: the log does so before."""
+    return end.how in ("in_air", "failsafe") and signals.flights[end.flight].landing is None
 
 
 def _accused(

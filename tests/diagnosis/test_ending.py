@@ -142,6 +142,25 @@ def test_a_failsafe_is_told_and_is_no_health():
     )
 
 
+FLYING = (Flight(0, 100, takeoff=5.0),)
+
+
+def test_a_log_that_ends_in_the_air_says_so_whoever_is_accused_of_nothing():
+    """A power failure looks like that, and so does a recording that was cut off."""
+    found = answer({}, ends=(FlightEnd(0, "in_air", 90.0),), flights=FLYING)
+    assert found.verdict.startswith("The log ends in the air (log 90.0 s). No component is accused")
+    assert found.outlook == "untested"
+
+
+def test_a_failsafe_does_not_hide_that_the_log_ends_in_the_air():
+    said = [Event(50.0, "failsafe", "Battery Failsafe")]
+    end = (FlightEnd(0, "failsafe", 90.0),)
+    cut = answer({}, ends=end, flights=FLYING, events=said).verdict
+    assert 'reported "Battery Failsafe" 50.0 s into the log. The log ends in the air' in cut
+    landed = (Flight(0, 100, takeoff=5.0, landing=90.0),)
+    assert "ends in the air" not in answer({}, ends=end, flights=landed, events=said).verdict
+
+
 def test_moments_beyond_a_threshold_are_not_called_health():
     alarms = alarms_of(BANK, {}, ends=(FlightEnd(0, "landed", 90.0),), flights=CRASH)
     state = alarms.state.copy()
