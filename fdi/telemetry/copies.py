@@ -157,7 +157,7 @@ def _line(first: Records, second: Records) -> tuple[float, float] | None:
         return (1.0, 0.0) if np.median(close) < np.ptp(y) / 10 else None
     # of the records themselves: between them there is less to see
     spread = [float(np.std(one)) for one in (first.value, second.value)]
-    if not min(spread) > 0.0:
+    if not min(*spread, float(np.ptp(x)), float(np.ptp(y))) > 0.0:
         return None
     together = float(np.corrcoef(x, y)[0, 1])
     if abs(together) < ALIKE:

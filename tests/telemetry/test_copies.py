@@ -96,3 +96,18 @@ def test_unknown_values_do_not_hide_a_copy():
     found = copy_of(value, known)
     assert found is not None
     assert found.repeats
+
+
+def test_a_channel_that_stood_still_while_the_other_was_recorded_is_compared_with_nothing():
+    """It moved before; while both are recorded it has no variance to correlate."""
+    t = 0.2 * np.arange(600)
+    first = np.where(t < 50.0, rounded(wandering(1, 600)), 3.0)
+    later = t > 60.0
+    with np.errstate(all="raise"):
+        found = compare(
+            A,
+            Records(t, first, False),
+            B,
+            Records(t[later], rounded(wandering(2, 600))[later], False),
+        )
+    assert found is None or not found.repeats
