@@ -30,6 +30,7 @@ from fdi.methods.heading import (
     recover,
 )
 from fdi.methods.heading.check import SILENCE
+from fdi.methods.heading.increments import GATE
 from fdi.methods.heading.motion import Fixes
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
@@ -66,6 +67,7 @@ def checked(path: Path) -> tuple[Log, HeadingCheck] | None:
 def verdicts(folder: Path) -> None:
     rows: dict[str, list[str]] = defaultdict(list)
     delays: list[float] = []
+    shown: list[float] = []
     for path, label in flights(folder):
         components = {fault["component"] for fault in label["faults"]}
         kind = next(iter(components), "healthy")
@@ -80,8 +82,11 @@ def verdicts(folder: Path) -> None:
         named = [one for one in check.named if one.start <= until]
         onset = label["faults"][0]["onset"] if components else 0.0
         rows[kind].append(outcome(named, components, onset, is_asked=kind in FAILED))
-        if rows[kind][-1] == "right" and kind in FAILED and label["faults"][0]["kind"] == "step":
-            delays.append((named[0].start - onset) / check.ride.cycle)
+        if kind in FAILED and label["faults"][0]["kind"] == "step":
+            first = first_record(check, kind, onset)
+            shown.append(largest(check, onset, first))
+            if rows[kind][-1] == "right":
+                delays.append((named[0].start - first) / check.ride.cycle)
     print(f"\n| {folder.name} | flights | right | right, by silence | nobody | wrong | refused |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for kind in (*sorted(set(rows) & set(FAILED)), "another fault", "healthy"):
@@ -91,8 +96,24 @@ def verdicts(folder: Path) -> None:
     right = sick.count("right") + sick.count("silent")
     quick = sum(delay <= 1.0 for delay in delays)
     print(f"\nfaults: {right} named of {len(sick)}, {sick.count('silent')} of these by silence; of "
-          f"{len(delays)} steps named {quick} begin within a cycle, median "
-          f"{np.median(delays) if delays else np.nan:.1f} cycles")  # fmt: skip
+          f"{len(shown)} steps {sum(one > GATE for one in shown)} show beyond {GATE:g} deviations "
+          f"within a cycle of the first record, {quick} of the {len(delays)} named are named by "
+          f"then, median {np.median(delays) if delays else np.nan:.1f} cycles; the others show "
+          + ", ".join(f"{one:.1f}" for one in sorted(shown) if one <= GATE))  # fmt: skip
+
+
+def first_record(check: HeadingCheck, component: str, onset: float) -> float:
+    """Return when the part that fails is recorded for the first time after the onset, s."""
+    fixes = check.ride.fixes
+    t = fixes.t if component == "gps" and fixes is not None else check.ride.t
+    return float(t[min(np.searchsorted(t, onset), t.size - 1)])
+
+
+def largest(check: HeadingCheck, onset: float, first: float) -> float:
+    """Return how far any pair is off within a cycle of a fault's first record, in deviations."""
+    cycles = (check.t >= onset - EARLY_S) & (check.t <= first + check.ride.cycle)
+    apart = [np.abs(pair.off[cycles]) / pair.sigma[cycles] for pair in check.pairs]
+    return float(np.max(np.nan_to_num(apart), initial=0.0))
 
 
 def outcome(named: list[Named], components: set[str], onset: float, *, is_asked: bool) -> str:
