@@ -24,7 +24,7 @@ from fdi.errors import LogError, UsageError
 from fdi.methods.heading.check import HeadingCheck
 from fdi.methods.heading.geodesy import Place, geocentric, geodetic, wrap
 from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S
-from fdi.methods.heading.motion import Fixes, Ride
+from fdi.methods.heading.motion import Fixes, Ride, gap_between
 from fdi.methods.heading.reckoning import tracks
 from fdi.methods.heading.sources import BIAS
 from fdi.methods.heading.tilt import G, accelerometer_tilt, angle_rates, complementary
@@ -70,7 +70,7 @@ class Recovery:
 
 
 def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None = None) -> Recovery:
-    """Return what replaces a block, by default the one named first, or a receiver without a fix.
+    """Return what replaces a block, by default the one named first.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None 
     block : str
         ``satellite``, ``magnetometer``, ``accelerometer`` or ``angular_rate``.
     since : float, optional
-        s; when it is good for the last time. By default a window before it is named: increments
-        over the window had still agreed at its beginning.
+        s; when it is good for the last time. By default a window before it is named, as increments
+        over the window had still agreed at its beginning; of one that falls silent, when it does.
 
     Raises
     ------
@@ -107,16 +107,15 @@ def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None 
 
 def _failed(check: HeadingCheck) -> tuple[str, float]:
     """Return the block that failed first, and when it was good for the last time, s."""
-    lost = [(block, low) for block, spans in check.ride.lost.items() for low, _ in spans[:1]]
     first = check.accused
-    named = [(first.block, max(first.start - WINDOW_S, check.ride.t[1]))] if first else []
-    found = min([*lost, *named], key=lambda one: one[1], default=None)
-    if found is None:
+    if first is None:
         raise UsageError(
             "no block was named: there is nothing to recover",
             hint="assume a failure with --assume satellite@120",
         )
-    return found
+    lost = check.ride.lost.get(first.block, ())
+    silent = [low for low, high in lost if low <= first.start <= high]
+    return first.block, silent[0] if silent else max(first.start - WINDOW_S, check.ride.t[1])
 
 
 def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
@@ -124,7 +123,8 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
     fixes = None if ride.fixes is None else _until(ride.fixes, start)
     if fixes is None:
         raise LogError("holds no good fix to start from", where=log.name)
-    found = tracks(log, ride, fixes, start)
+    # from the last fix on: until the start a vehicle that accelerates is elsewhere and faster
+    found = tracks(log, ride, fixes, float(fixes.t[-1]))
     if not found:
         raise LogError(
             "holds nothing to reckon a position with",
@@ -140,9 +140,6 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
         for name in ("north", "east")
     )
     origin = Place(fixes.lat[-1], fixes.lon[-1], fixes.height[-1])
-    # the last fix is older than the start by part of a period
-    age = start - fixes.t[-1]
-    north, east = north + age * fixes.north[-1], east + age * fixes.east[-1]
     up = _climb(ride, start)[rows]
     place = geodetic(geocentric(north, east, up, origin))
     columns = {
@@ -181,8 +178,12 @@ def _heading(log: Log, check: HeadingCheck, start: float) -> Recovery:
     rate = angle_rates(*_tilt(ride), ride.rates)[2]
     known = ride.angles[2] if ride.angles is not None else check.sources["compass"].heading
     moved = _propagated(ride, rate, known, start)
+    lost = np.cumsum(~np.isfinite(rate) & rows) > 0  # no turn is told without an attitude
     sigmas = np.array(
-        [moved.sigma[rows], np.where(np.isnan(course.sigma), np.inf, course.sigma)[rows]]
+        [
+            np.where(lost, np.inf, moved.sigma)[rows],
+            np.where(np.isnan(course.sigma), np.inf, course.sigma)[rows],
+        ]
     )
     best = np.argmin(sigmas, axis=0)
     pick = np.arange(best.size)
@@ -207,13 +208,15 @@ class _Propagated(NamedTuple):
 def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propagated:
     """Return an angle by its rate since a moment, less the bias that shows before, and its sigma.
 
-    The bias is as uncertain as an angle's change over the time that it is learnt from.
+    The bias is as uncertain as an angle's change over the time that it is learnt from, and as it
+    changes from window to window. Nothing before or after a gap counts.
     """
     own = np.nan_to_num(rate)
     steps = np.diff(ride.t)
     whole = np.insert(np.cumsum((own[1:] + own[:-1]) / 2 * steps), 0, 0.0)
     missed = np.insert(np.cumsum((np.diff(own) * steps) ** 2 / 2), 0, 0.0)
     before = (ride.t > start - LEARNS_S) & (ride.t <= start) & np.isfinite(known)
+    before &= ~gap_between(ride.t, ride.t, np.full(ride.t.size, start))
     if before.sum() < 3:
         raise LogError(f"no angle is known before {start:.1f} s: nothing to start from")
     t = ride.t[before] - start
@@ -221,13 +224,24 @@ def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propa
     slope, first = np.polyfit(t, drift, 1) if np.ptp(t) > WINDOW_S else (0.0, drift[-1])
     since = np.maximum(ride.t - start, 0.0)
     scatter = float(np.std(drift - slope * t - first))
+    # from where it is now, not from the line: what records missed has added up
+    lately = (drift - slope * t)[t >= t[-1] - TAU_S]
+    first = float(lately.mean())
     learnt = max(float(np.ptp(t)), WINDOW_S)
-    # of a line through points that wander as slowly as it is long
-    of_slope = np.hypot(BIAS, np.sqrt(12) * scatter / learnt)
+    # of a line through points that wander as slowly as it is long, or as it wanders itself
+    of_slope = np.hypot(BIAS, max(np.sqrt(12) * scatter / learnt, _wanders(t, drift)))
     sampled = own * ride.period / 2  # an angle and its rate may be half a record apart
     walked = np.maximum(missed - np.interp(start, ride.t, missed), 0.0)
-    spread = DEVIATION**2 + scatter**2 + (of_slope * since) ** 2 + walked + sampled**2
+    spread = DEVIATION**2 + lately.var() + (of_slope * since) ** 2 + walked + sampled**2
+    spread[gap_between(ride.t, np.full(ride.t.size, start), ride.t)] = np.inf
     return _Propagated(whole + first + slope * (ride.t - start), np.sqrt(spread), float(slope))
+
+
+def _wanders(t: Floats, drift: Floats) -> float:
+    """Return the deviation of a drift's slope from window to window, rad/s; 0 of too few."""
+    ends = np.arange(t[-1], t[0] - 1e-9, -WINDOW_S)[::-1]
+    slopes = np.diff(np.interp(ends, t, drift)) / WINDOW_S
+    return float(slopes.std(ddof=1)) if slopes.size > 1 else 0.0
 
 
 def _tilt(ride: Ride) -> tuple[Floats, Floats]:
@@ -304,7 +318,10 @@ def _ended(
     last = int(beyond[0]) if beyond.size else t.size
     if not last:
         raise LogError(f"what would replace the {block} is of no use from the beginning")
-    why = "the flight ends" if last == t.size else f"{limit[0]} goes beyond {limit[1]:g}"
+    why = "the flight ends"
+    if last < t.size:
+        is_known = np.isfinite(sigma[last])
+        why = f"{limit[0]} goes beyond {limit[1]:g}" if is_known else "its records have a gap"
     kept = {name: values[:last] for name, values in columns.items()}
     return Recovery(block, start, float(t[last - 1]), why, t[:last], method[:last], kept)
 
