@@ -231,22 +231,39 @@ def angles(folder: Path) -> None:
             continue
         log, check = found
         for since in np.arange(check.ride.air[0] + LEARNT_S, check.ride.air[1] - 10, 45.0):
-            for block in ("magnetometer", "accelerometer", "angular_rate"):
+            for block in ("magnetometer", "accelerometer", "angular_rate", "satellite"):
                 try:
                     recovery = recover(log, check, block, float(since))
                 except FdiError:
                     continue
-                for after, *rest in angle_errors(recovery, check):
+                errors_of = height_errors if block == "satellite" else angle_errors
+                for after, *rest in errors_of(recovery, check):
                     errors[block, after].append(tuple(rest))
     print("\n| failed | recovered | " + " | ".join(f"{x} s" for x in AFTER_S)
           + " | within 2 sigma |")  # fmt: skip
     print("| --- | --- |" + " --- |" * (len(AFTER_S) + 1))
-    for block, what in (("magnetometer", "heading"), ("accelerometer", "tilt by gyroscopes"),
-                        ("angular_rate", "tilt by accelerometers")):  # fmt: skip
+    for block, what, unit in (("magnetometer", "heading", "deg"),
+                              ("accelerometer", "tilt by gyroscopes", "deg"),
+                              ("angular_rate", "tilt by accelerometers", "deg"),
+                              ("satellite", "height", "m")):  # fmt: skip
         row = [errors.get((block, after), []) for after in AFTER_S]
-        cells = [f"{np.median([x[0] for x in each]):.1f} deg ({len(each)})" if each else "–"
+        cells = [f"{np.median([x[0] for x in each]):.1f} {unit} ({len(each)})" if each else "–"
                  for each in row]  # fmt: skip
         print(f"| {block} | {what} | " + " | ".join(cells) + f" | {within(row)} |")
+
+
+def height_errors(
+    recovery: Recovery, check: HeadingCheck
+) -> Iterator[tuple[int, float, float, float]]:
+    """Yield seconds after, error and deviation, m, of the height."""
+    fixes = check.ride.fixes
+    for after in AFTER_S:
+        when = recovery.start + after
+        if fixes is None or when > min(recovery.end, fixes.t[-1]):
+            continue
+        said, sigma = (np.interp(when, recovery.t, recovery.columns[x])
+                       for x in ("height_m", "sigma_height_m"))  # fmt: skip
+        yield after, abs(float(said - np.interp(when, fixes.t, fixes.height))), float(sigma), 0.0
 
 
 def angle_errors(

@@ -22,6 +22,7 @@ import numpy as np
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.heading.check import HeadingCheck
+from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import Place, geocentric, geodetic, wrap
 from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S
 from fdi.methods.heading.motion import Fixes, Ride, gap_between
@@ -280,8 +281,9 @@ def _tilt_by_accelerometers(log: Log, check: HeadingCheck, start: float) -> Reco
     roll, pitch = accelerometer_tilt(np.array(smooth))
     pull = _pull(ride)
     sigma = np.sqrt(STATED["accelerometer"] ** 2 + np.arctan(pull / G) ** 2 + (LEFT * roll) ** 2)
-    compass = check.sources["compass"]
-    yaw = np.unwrap(np.nan_to_num(compass.heading))
+    # the source `compass` is levelled with the gyroscopes that failed
+    assert ride.field is not None
+    yaw = np.unwrap(np.nan_to_num(compass_heading(ride.field, roll, pitch, ride.declination)))
     columns = {
         "roll_deg": np.degrees(roll[rows]),
         "pitch_deg": np.degrees(pitch[rows]),

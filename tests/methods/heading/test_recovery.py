@@ -141,6 +141,14 @@ def test_a_tilt_goes_on_without_accelerometers_whatever_they_and_the_estimator_s
         assert np.abs(found.columns[name][:both] - clean.columns[name][:both]).max() < 3.0
 
 
+def test_rates_go_on_without_gyroscopes_whatever_they_say(healthy: Log) -> None:
+    clean = recover(healthy, cross_check(healthy), "angular_rate", FAILS)
+    wrong = altered(healthy, "RAW_IMU", xgyro=later(0.5), ygyro=later(-0.4), zgyro=later(0.3))
+    found = recover(wrong, cross_check(wrong), "angular_rate", FAILS)
+    for name in clean.columns:
+        assert np.array_equal(found.columns[name], clean.columns[name]), name
+
+
 def test_where_nothing_failed_there_is_nothing_to_recover(healthy: Log) -> None:
     with pytest.raises(UsageError, match="nothing to recover"):
         recover(healthy, cross_check(healthy))
