@@ -69,6 +69,9 @@ PERSISTS: Final = 2
 CONFIRMS: Final = 2.0
 """Deviations by which other pairs must be off that a block is in: what 95 % of healthy ones are
 not."""
+STRENGTH: Final = 4.0
+"""Deviations of the field's strength with which a jump of the field accuses (choice: 2 to 5 name
+and accuse the same flights; a healthy compass near its motors comes to 3, for one cycle)."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _HEIGHT: Final = odd_one_out("satellite", "barometer", "accelerometer")
@@ -185,7 +188,8 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
         )
         pairs += [replace(one, name=f"{one.name} {length:g} s") for one in (*turned, *leant)]
     witnesses[JUMPS] = [
-        frozenset({"magnetometer"}) if one else frozenset() for one in jumped & _off(jumps[1])
+        frozenset({"magnetometer"}) if one else frozenset()
+        for one in jumped & _off(jumps[1], STRENGTH)
     ]
     witnesses[RECEIVER] = _by_receiver(received, grid.size)
     witnesses["heights"] = _by_heights(climbed, grid.size)
@@ -232,9 +236,9 @@ def _lately(holds: Bools, grid: Floats, length: float) -> Bools:
     return np.asarray(count[1:] > count[first])
 
 
-def _off(pair: Pair) -> Bools:
-    """Return where a pair is off by what most healthy ones are not; not where it is unknown."""
-    return np.asarray(np.abs(pair.off) > CONFIRMS * pair.sigma)
+def _off(pair: Pair, limit: float = CONFIRMS) -> Bools:
+    """Return where a pair is off by so many deviations; not where it is unknown."""
+    return np.asarray(np.abs(pair.off) > limit * pair.sigma)
 
 
 def _confirmed(found: list[Verdicts], block: str, also: Bools) -> list[Verdicts]:

@@ -318,12 +318,12 @@ def _ended(
     sigma = columns[limit[0]]
     beyond = np.flatnonzero(~(sigma <= limit[1]))
     last = int(beyond[0]) if beyond.size else t.size
-    if not last:
-        raise LogError(f"what would replace the {block} is of no use from the beginning")
     why = "the flight ends"
     if last < t.size:
         is_known = np.isfinite(sigma[last])
         why = f"{limit[0]} goes beyond {limit[1]:g}" if is_known else "its records have a gap"
+    if not last:
+        raise LogError(f"nothing replaces the {block} from {start:.1f} s on: {why}")
     kept = {name: values[:last] for name, values in columns.items()}
     return Recovery(block, start, float(t[last - 1]), why, t[:last], method[:last], kept)
 
