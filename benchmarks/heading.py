@@ -30,6 +30,7 @@ from fdi.methods.heading import (
     recover,
 )
 from fdi.methods.heading.check import SILENCE
+from fdi.methods.heading.geodesy import metres_per_radian, wrap
 from fdi.methods.heading.increments import GATE
 from fdi.methods.heading.motion import Fixes
 from fdi.telemetry import Log, read
@@ -157,19 +158,20 @@ def failures(t: np.ndarray, since: float, own: Values) -> Iterator[tuple[str, Va
 
 def position_errors(recovery: Recovery, truth: Fixes) -> Iterator[tuple[int, float, float, float]]:
     """Yield seconds after, error, its predicted deviation, and the distance flown, m."""
-    place = truth.position()
+    place, per = truth.position(), metres_per_radian(truth.lat[0])
     for after in AFTER_S:
         when = recovery.start + after
         if when > min(recovery.end, truth.t[-1]):
             continue
-        moved = [np.interp(when, truth.t, row) - np.interp(recovery.start, truth.t, row)
-                 for row in place]  # fmt: skip
-        said = [np.interp(when, recovery.t, recovery.columns[x]) for x in ("north_m", "east_m")]
+        was = [np.interp(when, truth.t, row) for row in place]
+        lat, lon = (np.radians(np.interp(when, recovery.t, recovery.columns[x]))
+                    for x in ("lat_deg", "lon_deg"))  # fmt: skip
+        said = [(lat - truth.lat[0]) * per[0], wrap(lon - truth.lon[0]) * per[1]]
         sigma = np.sqrt(2) * np.interp(when, recovery.t, recovery.columns["sigma_m"])
         rows = (truth.t >= recovery.start) & (truth.t <= when)
         speed = np.hypot(truth.north[rows], truth.east[rows])
         way = float((speed[1:] * np.diff(truth.t[rows])).sum())
-        yield after, float(np.hypot(*np.subtract(said, moved))), float(sigma), way
+        yield after, float(np.hypot(*np.subtract(said, was))), float(sigma), way
 
 
 def positions(folder: Path) -> None:

@@ -24,7 +24,7 @@ from fdi.errors import LogError, UsageError
 from fdi.methods.heading.check import HeadingCheck
 from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import Place, geocentric, geodetic, wrap
-from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S
+from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S, integral
 from fdi.methods.heading.motion import Fixes, Ride, gap_between
 from fdi.methods.heading.reckoning import tracks
 from fdi.methods.heading.sources import BIAS
@@ -140,6 +140,8 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
         np.array([getattr(one, name)[rows] for one in found])[best, pick]
         for name in ("north", "east")
     )
+    off, doubt = _astray(check, fixes, start)
+    north, east = north - off[0], east - off[1]
     origin = Place(fixes.lat[-1], fixes.lon[-1], fixes.height[-1])
     up = _climb(ride, start)[rows]
     place = geodetic(geocentric(north, east, up, origin))
@@ -149,11 +151,28 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
         "height_m": np.asarray(place.height),
         "north_m": north,
         "east_m": east,
-        "sigma_m": sigmas[best, pick],
+        "sigma_m": np.hypot(sigmas[best, pick], doubt),
         "sigma_height_m": np.full(best.size, _HEIGHT),
     }
     names = tuple(found[i].method for i in best)
     return _ended("satellite", start, ride.t[rows], names, columns, ("sigma_m", USEFUL_M))
+
+
+def _astray(check: HeadingCheck, fixes: Fixes, start: float) -> tuple[Floats, float]:
+    """Return by how much the last fix is off those of a window, m, and how far all may be.
+
+    By the receiver's own velocity they tell of one place: their median leaves out a jump. A drift
+    that a longer window shows is older than the start, and all of them are off.
+    """
+    ways = np.array([integral(fixes.at, speed) for speed in (fixes.north, fixes.east)])
+    lately = (fixes.position() - ways)[:, fixes.t > fixes.t[-1] - WINDOW_S]
+    off = lately[:, -1] - np.median(lately, axis=1)
+    rows = (check.t > start - WINDOW_S) & (check.t <= start)
+    left = [one.off[rows] for one in check.pairs if one.kind == "position"]
+    known = [own[np.isfinite(own)] for own in left]
+    # of either axis, as a deviation is
+    doubt = max((float(np.median(own)) for own in known if own.size), default=0.0) / np.sqrt(2)
+    return off, float(doubt)
 
 
 def _until(fixes: Fixes, start: float) -> Fixes | None:

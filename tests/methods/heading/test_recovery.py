@@ -90,6 +90,32 @@ def test_a_position_goes_on_from_the_last_fix_with_what_was_felt_since(healthy: 
         assert np.abs(found.columns["north_m"][soon] - moved).max() < 1.0
 
 
+def test_a_last_fix_that_is_off_does_not_move_what_is_recovered(healthy: Log, truth) -> None:
+    def spike(t, own):
+        return own + np.where(np.arange(t.size) == np.flatnonzero(t <= FAILS)[-1], 50 * METRE, 0.0)
+
+    log = altered(healthy, "GPS_RAW_INT", lat=spike)
+    found = recover(log, cross_check(log), "satellite", FAILS)
+    whole = truth.fixes
+    lat = np.degrees(np.interp(found.t, whole.t, whole.lat))
+    off = np.abs(found.columns["lat_deg"] - lat) * np.pi / 180 / METRE
+    assert off[found.t < FAILS + 2.0].max() < 2.0
+
+
+def test_a_receiver_that_had_left_its_own_velocity_is_doubted_from_the_start(
+    healthy: Log,
+) -> None:
+    """0.4 m/s for 25 s, which no window of 5 s shows: 9 m are not known to be right."""
+
+    def drift(t, own):
+        return own + 0.4 * METRE * np.maximum(t - 15.0, 0.0)
+
+    log = altered(healthy, "GPS_RAW_INT", lat=drift)
+    found, clean = (recover(x, cross_check(x), "satellite", 40.0) for x in (log, healthy))
+    assert clean.columns["sigma_m"][0] < 2.0
+    assert found.columns["sigma_m"][0] > 8.0 / np.sqrt(2)
+
+
 def test_places_and_metres_say_the_same(healthy: Log) -> None:
     found = recover(healthy, cross_check(healthy), "satellite", FAILS)
     north = (found.columns["lat_deg"] - found.columns["lat_deg"][0]) * np.pi / 180 / METRE
