@@ -30,6 +30,8 @@ from fdi.methods.heading import (
     recover,
 )
 from fdi.methods.heading.check import SILENCE
+from fdi.methods.heading.geodesy import metres_per_radian, wrap
+from fdi.methods.heading.increments import GATE
 from fdi.methods.heading.motion import Fixes
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
@@ -66,6 +68,7 @@ def checked(path: Path) -> tuple[Log, HeadingCheck] | None:
 def verdicts(folder: Path) -> None:
     rows: dict[str, list[str]] = defaultdict(list)
     delays: list[float] = []
+    shown: list[float] = []
     for path, label in flights(folder):
         components = {fault["component"] for fault in label["faults"]}
         kind = next(iter(components), "healthy")
@@ -80,8 +83,11 @@ def verdicts(folder: Path) -> None:
         named = [one for one in check.named if one.start <= until]
         onset = label["faults"][0]["onset"] if components else 0.0
         rows[kind].append(outcome(named, components, onset, is_asked=kind in FAILED))
-        if rows[kind][-1] == "right" and kind in FAILED and label["faults"][0]["kind"] == "step":
-            delays.append((named[0].start - onset) / check.ride.cycle)
+        if kind in FAILED and label["faults"][0]["kind"] == "step":
+            first = first_record(check, kind, onset)
+            shown.append(largest(check, onset, first))
+            if rows[kind][-1] == "right":
+                delays.append((named[0].start - first) / check.ride.cycle)
     print(f"\n| {folder.name} | flights | right | right, by silence | nobody | wrong | refused |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for kind in (*sorted(set(rows) & set(FAILED)), "another fault", "healthy"):
@@ -91,8 +97,24 @@ def verdicts(folder: Path) -> None:
     right = sick.count("right") + sick.count("silent")
     quick = sum(delay <= 1.0 for delay in delays)
     print(f"\nfaults: {right} named of {len(sick)}, {sick.count('silent')} of these by silence; of "
-          f"{len(delays)} steps named {quick} begin within a cycle, median "
-          f"{np.median(delays) if delays else np.nan:.1f} cycles")  # fmt: skip
+          f"{len(shown)} steps {sum(one > GATE for one in shown)} show beyond {GATE:g} deviations "
+          f"within a cycle of the first record, {quick} of the {len(delays)} named are named by "
+          f"then, median {np.median(delays) if delays else np.nan:.1f} cycles; the others show "
+          + ", ".join(f"{one:.1f}" for one in sorted(shown) if one <= GATE))  # fmt: skip
+
+
+def first_record(check: HeadingCheck, component: str, onset: float) -> float:
+    """Return when the part that fails is recorded for the first time after the onset, s."""
+    fixes = check.ride.fixes
+    t = fixes.t if component == "gps" and fixes is not None else check.ride.t
+    return float(t[min(np.searchsorted(t, onset), t.size - 1)])
+
+
+def largest(check: HeadingCheck, onset: float, first: float) -> float:
+    """Return how far any pair is off within a cycle of a fault's first record, in deviations."""
+    cycles = (check.t >= onset - EARLY_S) & (check.t <= first + check.ride.cycle)
+    apart = [np.abs(pair.off[cycles]) / pair.sigma[cycles] for pair in check.pairs]
+    return float(np.max(np.nan_to_num(apart), initial=0.0))
 
 
 def outcome(named: list[Named], components: set[str], onset: float, *, is_asked: bool) -> str:
@@ -136,19 +158,20 @@ def failures(t: np.ndarray, since: float, own: Values) -> Iterator[tuple[str, Va
 
 def position_errors(recovery: Recovery, truth: Fixes) -> Iterator[tuple[int, float, float, float]]:
     """Yield seconds after, error, its predicted deviation, and the distance flown, m."""
-    place = truth.position()
+    place, per = truth.position(), metres_per_radian(truth.lat[0])
     for after in AFTER_S:
         when = recovery.start + after
         if when > min(recovery.end, truth.t[-1]):
             continue
-        moved = [np.interp(when, truth.t, row) - np.interp(recovery.start, truth.t, row)
-                 for row in place]  # fmt: skip
-        said = [np.interp(when, recovery.t, recovery.columns[x]) for x in ("north_m", "east_m")]
+        was = [np.interp(when, truth.t, row) for row in place]
+        lat, lon = (np.radians(np.interp(when, recovery.t, recovery.columns[x]))
+                    for x in ("lat_deg", "lon_deg"))  # fmt: skip
+        said = [(lat - truth.lat[0]) * per[0], wrap(lon - truth.lon[0]) * per[1]]
         sigma = np.sqrt(2) * np.interp(when, recovery.t, recovery.columns["sigma_m"])
         rows = (truth.t >= recovery.start) & (truth.t <= when)
         speed = np.hypot(truth.north[rows], truth.east[rows])
         way = float((speed[1:] * np.diff(truth.t[rows])).sum())
-        yield after, float(np.hypot(*np.subtract(said, moved))), float(sigma), way
+        yield after, float(np.hypot(*np.subtract(said, was))), float(sigma), way
 
 
 def positions(folder: Path) -> None:
@@ -210,22 +233,39 @@ def angles(folder: Path) -> None:
             continue
         log, check = found
         for since in np.arange(check.ride.air[0] + LEARNT_S, check.ride.air[1] - 10, 45.0):
-            for block in ("magnetometer", "accelerometer", "angular_rate"):
+            for block in ("magnetometer", "accelerometer", "angular_rate", "satellite"):
                 try:
                     recovery = recover(log, check, block, float(since))
                 except FdiError:
                     continue
-                for after, *rest in angle_errors(recovery, check):
+                errors_of = height_errors if block == "satellite" else angle_errors
+                for after, *rest in errors_of(recovery, check):
                     errors[block, after].append(tuple(rest))
     print("\n| failed | recovered | " + " | ".join(f"{x} s" for x in AFTER_S)
           + " | within 2 sigma |")  # fmt: skip
     print("| --- | --- |" + " --- |" * (len(AFTER_S) + 1))
-    for block, what in (("magnetometer", "heading"), ("accelerometer", "tilt by gyroscopes"),
-                        ("angular_rate", "tilt by accelerometers")):  # fmt: skip
+    for block, what, unit in (("magnetometer", "heading", "deg"),
+                              ("accelerometer", "tilt by gyroscopes", "deg"),
+                              ("angular_rate", "tilt by accelerometers", "deg"),
+                              ("satellite", "height", "m")):  # fmt: skip
         row = [errors.get((block, after), []) for after in AFTER_S]
-        cells = [f"{np.median([x[0] for x in each]):.1f} deg ({len(each)})" if each else "–"
+        cells = [f"{np.median([x[0] for x in each]):.1f} {unit} ({len(each)})" if each else "–"
                  for each in row]  # fmt: skip
         print(f"| {block} | {what} | " + " | ".join(cells) + f" | {within(row)} |")
+
+
+def height_errors(
+    recovery: Recovery, check: HeadingCheck
+) -> Iterator[tuple[int, float, float, float]]:
+    """Yield seconds after, error and deviation, m, of the height."""
+    fixes = check.ride.fixes
+    for after in AFTER_S:
+        when = recovery.start + after
+        if fixes is None or when > min(recovery.end, fixes.t[-1]):
+            continue
+        said, sigma = (np.interp(when, recovery.t, recovery.columns[x])
+                       for x in ("height_m", "sigma_height_m"))  # fmt: skip
+        yield after, abs(float(said - np.interp(when, fixes.t, fixes.height))), float(sigma), 0.0
 
 
 def angle_errors(

@@ -11,6 +11,9 @@ from the first Ctrl-C on:
 - once the answer is given it ends the process at once;
 - else it raises ``KeyboardInterrupt``, again where one was swallowed.
 
+What it cannot help: until it listens, 19 ms after the process began (10 of these the interpreter's,
+6 for ``re`` in the script that pip writes), Python itself prints a traceback.
+
 The trap for a maintainer: this is loaded before anything else, so it imports next to nothing.
 """
 

@@ -7,6 +7,7 @@ witnesses, each a table of which pairs disagree:
   compass), over windows of three lengths: who disagrees with both others while these agree
 - heights of receiver, barometer and specific force: whether the receiver is the odd one out
 - the receiver's positions against its own velocity: nobody else is in it
+- jumps of the magnetic field, which no turn makes and which change its strength
 - the two trees of absolute headings
 - silence: a receiver that had a fix and has none, a compass that told something and tells nothing
 
@@ -31,7 +32,7 @@ from fdi.methods.heading.increments import (
     WINDOW_S,
     Pair,
     heading_pairs,
-    jump_pair,
+    jump_pairs,
     receiver_pairs,
     sensor_pairs,
 )
@@ -68,12 +69,16 @@ PERSISTS: Final = 2
 CONFIRMS: Final = 2.0
 """Deviations by which other pairs must be off that a block is in: what 95 % of healthy ones are
 not."""
+STRENGTH: Final = 4.0
+"""Deviations of the field's strength with which a jump of the field accuses (choice: 2 to 5 name
+and accuse the same flights; a healthy compass near its motors comes to 3, for one cycle)."""
 _HEADING: Final = odd_one_out("magnetometer", "angular_rate", ESTIMATOR)
 _ATTITUDE: Final = odd_one_out("accelerometer", "angular_rate", "magnetometer")
 _HEIGHT: Final = odd_one_out("satellite", "barometer", "accelerometer")
 LENGTHS_S: Final = (WINDOW_S, 10.0)
 """Of windows: a bias adds up with the time, what records miss with its root (choice)."""
 RECEIVER: Final = "the receiver against itself"
+JUMPS: Final = "jumps of the field"
 SILENCE: Final = "silence"
 _INERTIAL: Final = frozenset({"magnetometer", "accelerometer", "angular_rate"})
 
@@ -166,7 +171,8 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
     sources = sources_of(log, ride)
     grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
     received, climbed = receiver_pairs(ride, grid), height_pairs(ride, grid)
-    force, jumped = force_pair(ride, grid), jump_pair(ride, grid).disagrees == 1.0
+    force, jumps = force_pair(ride, grid), jump_pairs(ride, grid)
+    jumped = jumps[0].disagrees == 1.0
     by_force = np.ones(grid.size, np.bool_) if force is None else _off(force)
     pairs: list[Pair] = []
     witnesses = {}
@@ -181,6 +187,10 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
             _by_pairs(leant, _ATTITUDE), "accelerometer", by_force
         )
         pairs += [replace(one, name=f"{one.name} {length:g} s") for one in (*turned, *leant)]
+    witnesses[JUMPS] = [
+        frozenset({"magnetometer"}) if one else frozenset()
+        for one in jumped & _off(jumps[1], STRENGTH)
+    ]
     witnesses[RECEIVER] = _by_receiver(received, grid.size)
     witnesses["heights"] = _by_heights(climbed, grid.size)
     witnesses[SILENCE] = _by_silence(ride, grid)
@@ -189,7 +199,7 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
     verdicts, open_to, by = _together(witnesses, grid.size)
     named = tuple(_stretches(grid, verdicts, by))
     return HeadingCheck(
-        ride, sources, grid, verdicts, open_to, (*pairs, *received, *climbed), named
+        ride, sources, grid, verdicts, open_to, (*pairs, *jumps, *received, *climbed), named
     )
 
 
@@ -226,9 +236,9 @@ def _lately(holds: Bools, grid: Floats, length: float) -> Bools:
     return np.asarray(count[1:] > count[first])
 
 
-def _off(pair: Pair) -> Bools:
-    """Return where a pair is off by what most healthy ones are not; not where it is unknown."""
-    return np.asarray(np.abs(pair.off) > CONFIRMS * pair.sigma)
+def _off(pair: Pair, limit: float = CONFIRMS) -> Bools:
+    """Return where a pair is off by so many deviations; not where it is unknown."""
+    return np.asarray(np.abs(pair.off) > limit * pair.sigma)
 
 
 def _confirmed(found: list[Verdicts], block: str, also: Bools) -> list[Verdicts]:

@@ -21,7 +21,7 @@ deviation is scaled up to that: the flight's own noise.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
 
@@ -50,6 +50,8 @@ LEFT: Final = 0.3
 STEADY: Final = 0.2
 """Of gravity, by which specific force may differ for accelerometers to tell the tilt (choice)."""
 BRIEF_S: Final = 0.5
+ELSEWHERE: Final = 0.35
+"""Share by which a compass that is of use may be off the field's strength at the place."""
 AS_OFTEN: Final = 0.1
 """Of a record's period, by which attitudes may be less often recorded and count as often."""
 TAU_S: Final = 2.0
@@ -78,9 +80,10 @@ class Pair:
     name : str
         ``compass-gyroscope``.
     kind : str
-        ``heading``, ``attitude`` or ``position``.
+        ``heading``, ``attitude``, ``strength``, ``position``, ``velocity`` or ``height``.
     off : (n,) float
-        Difference of the increments, rad or m; NaN where one is absent.
+        Difference of the increments, rad, m or m/s, of a strength its share; NaN where one is
+        absent.
     sigma : (n,) float
         Its predicted deviation.
     """
@@ -148,9 +151,31 @@ def sensor_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[Pa
     )
 
 
-def jump_pair(ride: Ride, grid: Floats) -> Pair:
-    """Return by what angle the field misses where gyroscopes turned it, from record to record."""
-    return _field_turned(ride, grid, max(BRIEF_S, ride.period))
+def jump_pairs(ride: Ride, grid: Floats) -> tuple[Pair, Pair]:
+    """Return by what the field jumps: the angle that gyroscopes leave of it, and its strength."""
+    length = max(BRIEF_S, ride.period)
+    turned = _field_turned(ride, grid, length)
+    return replace(turned, name=f"{turned.name} {length:g} s"), _strength(ride, grid, length)
+
+
+def _strength(ride: Ride, grid: Floats, length: float) -> Pair:
+    """Return by what share the field's strength changed over a window: no turn changes it.
+
+    Unknown of a compass whose strength at the beginning is not that of the place: what is near it
+    is in its readings, and comes and goes.
+    """
+    name, kind, before = f"compass-place {length:g} s", "strength", grid - length
+    low, high = ride.reference
+    first = (ride.t >= low) & (ride.t <= high)
+    seen = np.full(ride.t.size, np.nan)
+    if ride.field is not None and first.any():
+        seen = np.linalg.norm(ride.field, axis=0)
+        if not np.abs(np.nanmedian(seen[first]) / ride.strength - 1) <= ELSEWHERE:
+            seen = np.full(ride.t.size, np.nan)
+    off = change(ride.t, np.log(seen), grid, before)
+    off[gap_between(ride.t, before, grid)] = np.nan
+    sigma = np.hypot(STATED["compass"], _deviates(ride, grid, before))
+    return pair_of(ride, grid, name, off, sigma, kind)
 
 
 def _gravity_turned(ride: Ride, grid: Floats, length: float) -> Pair:
@@ -219,16 +244,21 @@ def _field_turned(ride: Ride, grid: Floats, length: float) -> Pair:
         for row, step in zip(ride.rates, steps, strict=True)
     )
     late = COMPASS_LATE_S * np.linalg.norm(ride.rates, axis=0)
-    swing = [change(ride.t, integral(ride.t, row), grid, before) for row in ride.rates]
-    apart = np.minimum(np.linalg.norm(swing, axis=0), np.pi)
     sigma = np.sqrt(
         STATED["compass"] ** 2
         + 3 * drifted(length) ** 2
         + between
         + _both(ride, late, grid, before) ** 2
-        + (2 * DEVIATION * np.sin(apart / 2)) ** 2
+        + _deviates(ride, grid, before) ** 2
     )
     return pair_of(ride, grid, name, off, sigma, kind)
+
+
+def _deviates(ride: Ride, grid: Floats, before: Floats) -> Floats:
+    """Return what a compass deviates otherwise where it has turned to, as a share of the field."""
+    turned = [change(ride.t, integral(ride.t, row), grid, before) for row in ride.rates]
+    apart = np.minimum(np.linalg.norm(turned, axis=0), np.pi)
+    return np.asarray(2 * DEVIATION * np.sin(apart / 2))
 
 
 def _angle(one: Floats, other: Floats) -> Floats:

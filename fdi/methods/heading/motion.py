@@ -98,6 +98,8 @@ class Ride:
         s, half of what the estimator's attitudes are further apart than the inertial records.
     declination, dip : float
         Of the Earth's field, rad.
+    strength : float
+        Of the Earth's field, T; NaN where the log tells no place.
     absent : Mapping[str, str]
         Why a block has no records, by its name.
     lost : Mapping[str, tuple of (float, float)]
@@ -120,6 +122,7 @@ class Ride:
     coarse: float
     declination: float
     dip: float
+    strength: float
     has_wings: bool
     absent: dict[str, str]
     lost: dict[str, Spans]
@@ -169,7 +172,9 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
     periods = [inertial.period]
     periods += [known.period] if known is not None else []
     periods += [fixes.period] if fixes is not None else []
-    declination, dip = (world_value(f"magnetic_{x}", log) for x in ("declination", "inclination"))
+    declination, dip, strength = (
+        world_value(f"magnetic_{x}", log) for x in ("declination", "inclination", "strength")
+    )
     return Ride(
         t,
         inertial.values[:3],
@@ -184,6 +189,7 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         0.0 if known is None else max(known.period - inertial.period, 0.0) / 2,
         declination or 0.0,
         _DIP if dip is None else dip,
+        np.nan if strength is None else strength,
         log.vehicle in ("plane", "vtol") and not log.frame,
         absent,
         {"satellite": without, "magnetometer": silent},

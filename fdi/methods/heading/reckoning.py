@@ -106,7 +106,8 @@ def _optical(log: Log, ride: Ride, start: float) -> Track | None:
     east = ahead * np.sin(yaw) + right * np.cos(yaw)
     length = _way(t, np.hypot(ahead, right), start)
     sigma = np.sqrt(_FIX**2 + (length * np.hypot(HEADING, _FLOW)) ** 2)
-    return _track(ride, "optical", (_way(t, north, start), _way(t, east, start)), sigma, found.t)
+    ways = (_way(t, north, start), _way(t, east, start))
+    return _track(ride, "optical", start, ways, sigma, found.t)
 
 
 def _airspeed(log: Log, ride: Ride, fixes: Fixes, start: float) -> Track | None:
@@ -135,7 +136,7 @@ def _airspeed(log: Log, ride: Ride, fixes: Fixes, start: float) -> Track | None:
         + _lag(through + blown[:, None], t, start) ** 2
     )
     ways = [_way(t, row + w, start) for row, w in zip(through, blown, strict=True)]
-    return _track(ride, "airspeed", (ways[0], ways[1]), np.sqrt(spread), found.t)
+    return _track(ride, "airspeed", start, (ways[0], ways[1]), np.sqrt(spread), found.t)
 
 
 def _inertial(ride: Ride, fixes: Fixes, start: float) -> Track | None:
@@ -167,7 +168,7 @@ def _inertial(ride: Ride, fixes: Fixes, start: float) -> Track | None:
     early = np.hypot(*(np.interp(start, t, row) for row in pull))
     spread += _lag(speeds, t, start) ** 2 + (_LATE * early * since) ** 2
     ways = [_way(t, row, start) for row in speeds]
-    return _track(ride, "inertial", (ways[0], ways[1]), np.sqrt(spread), t)
+    return _track(ride, "inertial", start, (ways[0], ways[1]), np.sqrt(spread), t)
 
 
 def _lag(speeds: Floats, t: Floats, start: float) -> Floats:
@@ -199,9 +200,17 @@ def _wander(t: Floats, values: Floats) -> float:
 
 
 def _track(
-    ride: Ride, method: str, ways: tuple[Floats, Floats], sigma: Floats, records: Floats
+    ride: Ride,
+    method: str,
+    start: float,
+    ways: tuple[Floats, Floats],
+    sigma: Floats,
+    records: Floats,
 ) -> Track:
-    """Return a track that ends where its records do, or have a gap."""
-    gap = gap_between(records, ride.t, ride.t)
+    """Return a track that ends where its records do, or have a gap: nothing goes across one."""
+    gap = gap_between(records, np.full(ride.t.size, start), ride.t)
+    if ride.angles is not None:
+        lost = ~np.isfinite(ride.angles).all(axis=0)
+        gap |= np.cumsum(lost & (ride.t > start)) > 0
     north, east, spread = (np.where(gap, np.nan, each) for each in (*ways, sigma))
     return Track(method, north, east, spread)

@@ -22,9 +22,10 @@ import numpy as np
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.heading.check import HeadingCheck
+from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import Place, geocentric, geodetic, wrap
-from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S
-from fdi.methods.heading.motion import Fixes, Ride
+from fdi.methods.heading.increments import DEVIATION, LEFT, STATED, TAU_S, WINDOW_S, integral
+from fdi.methods.heading.motion import Fixes, Ride, gap_between
 from fdi.methods.heading.reckoning import tracks
 from fdi.methods.heading.sources import BIAS
 from fdi.methods.heading.tilt import G, accelerometer_tilt, angle_rates, complementary
@@ -70,7 +71,7 @@ class Recovery:
 
 
 def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None = None) -> Recovery:
-    """Return what replaces a block, by default the one named first, or a receiver without a fix.
+    """Return what replaces a block, by default the one named first.
 
     Parameters
     ----------
@@ -80,8 +81,8 @@ def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None 
     block : str
         ``satellite``, ``magnetometer``, ``accelerometer`` or ``angular_rate``.
     since : float, optional
-        s; when it is good for the last time. By default a window before it is named: increments
-        over the window had still agreed at its beginning.
+        s; when it is good for the last time. By default a window before it is named, as increments
+        over the window had still agreed at its beginning; of one that falls silent, when it does.
 
     Raises
     ------
@@ -107,16 +108,15 @@ def recover(log: Log, check: HeadingCheck, block: str = "", since: float | None 
 
 def _failed(check: HeadingCheck) -> tuple[str, float]:
     """Return the block that failed first, and when it was good for the last time, s."""
-    lost = [(block, low) for block, spans in check.ride.lost.items() for low, _ in spans[:1]]
     first = check.accused
-    named = [(first.block, max(first.start - WINDOW_S, check.ride.t[1]))] if first else []
-    found = min([*lost, *named], key=lambda one: one[1], default=None)
-    if found is None:
+    if first is None:
         raise UsageError(
             "no block was named: there is nothing to recover",
             hint="assume a failure with --assume satellite@120",
         )
-    return found
+    lost = check.ride.lost.get(first.block, ())
+    silent = [low for low, high in lost if low <= first.start <= high]
+    return first.block, silent[0] if silent else max(first.start - WINDOW_S, check.ride.t[1])
 
 
 def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
@@ -124,7 +124,8 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
     fixes = None if ride.fixes is None else _until(ride.fixes, start)
     if fixes is None:
         raise LogError("holds no good fix to start from", where=log.name)
-    found = tracks(log, ride, fixes, start)
+    # from the last fix on: until the start a vehicle that accelerates is elsewhere and faster
+    found = tracks(log, ride, fixes, float(fixes.t[-1]))
     if not found:
         raise LogError(
             "holds nothing to reckon a position with",
@@ -139,10 +140,9 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
         np.array([getattr(one, name)[rows] for one in found])[best, pick]
         for name in ("north", "east")
     )
+    off, doubt = _astray(check, fixes, start)
+    north, east = north - off[0], east - off[1]
     origin = Place(fixes.lat[-1], fixes.lon[-1], fixes.height[-1])
-    # the last fix is older than the start by part of a period
-    age = start - fixes.t[-1]
-    north, east = north + age * fixes.north[-1], east + age * fixes.east[-1]
     up = _climb(ride, start)[rows]
     place = geodetic(geocentric(north, east, up, origin))
     columns = {
@@ -151,11 +151,28 @@ def _position(log: Log, check: HeadingCheck, start: float) -> Recovery:
         "height_m": np.asarray(place.height),
         "north_m": north,
         "east_m": east,
-        "sigma_m": sigmas[best, pick],
+        "sigma_m": np.hypot(sigmas[best, pick], doubt),
         "sigma_height_m": np.full(best.size, _HEIGHT),
     }
     names = tuple(found[i].method for i in best)
     return _ended("satellite", start, ride.t[rows], names, columns, ("sigma_m", USEFUL_M))
+
+
+def _astray(check: HeadingCheck, fixes: Fixes, start: float) -> tuple[Floats, float]:
+    """Return by how much the last fix is off those of a window, m, and how far all may be.
+
+    By the receiver's own velocity they tell of one place: their median leaves out a jump. A drift
+    that a longer window shows is older than the start, and all of them are off.
+    """
+    ways = np.array([integral(fixes.at, speed) for speed in (fixes.north, fixes.east)])
+    lately = (fixes.position() - ways)[:, fixes.t > fixes.t[-1] - WINDOW_S]
+    off = lately[:, -1] - np.median(lately, axis=1)
+    rows = (check.t > start - WINDOW_S) & (check.t <= start)
+    left = [one.off[rows] for one in check.pairs if one.kind == "position"]
+    known = [own[np.isfinite(own)] for own in left]
+    # of either axis, as a deviation is
+    doubt = max((float(np.median(own)) for own in known if own.size), default=0.0) / np.sqrt(2)
+    return off, float(doubt)
 
 
 def _until(fixes: Fixes, start: float) -> Fixes | None:
@@ -181,8 +198,12 @@ def _heading(log: Log, check: HeadingCheck, start: float) -> Recovery:
     rate = angle_rates(*_tilt(ride), ride.rates)[2]
     known = ride.angles[2] if ride.angles is not None else check.sources["compass"].heading
     moved = _propagated(ride, rate, known, start)
+    lost = np.cumsum(~np.isfinite(rate) & rows) > 0  # no turn is told without an attitude
     sigmas = np.array(
-        [moved.sigma[rows], np.where(np.isnan(course.sigma), np.inf, course.sigma)[rows]]
+        [
+            np.where(lost, np.inf, moved.sigma)[rows],
+            np.where(np.isnan(course.sigma), np.inf, course.sigma)[rows],
+        ]
     )
     best = np.argmin(sigmas, axis=0)
     pick = np.arange(best.size)
@@ -207,13 +228,15 @@ class _Propagated(NamedTuple):
 def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propagated:
     """Return an angle by its rate since a moment, less the bias that shows before, and its sigma.
 
-    The bias is as uncertain as an angle's change over the time that it is learnt from.
+    The bias is as uncertain as an angle's change over the time that it is learnt from, and as it
+    changes from window to window. Nothing before or after a gap counts.
     """
     own = np.nan_to_num(rate)
     steps = np.diff(ride.t)
     whole = np.insert(np.cumsum((own[1:] + own[:-1]) / 2 * steps), 0, 0.0)
     missed = np.insert(np.cumsum((np.diff(own) * steps) ** 2 / 2), 0, 0.0)
     before = (ride.t > start - LEARNS_S) & (ride.t <= start) & np.isfinite(known)
+    before &= ~gap_between(ride.t, ride.t, np.full(ride.t.size, start))
     if before.sum() < 3:
         raise LogError(f"no angle is known before {start:.1f} s: nothing to start from")
     t = ride.t[before] - start
@@ -221,13 +244,24 @@ def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propa
     slope, first = np.polyfit(t, drift, 1) if np.ptp(t) > WINDOW_S else (0.0, drift[-1])
     since = np.maximum(ride.t - start, 0.0)
     scatter = float(np.std(drift - slope * t - first))
+    # from where it is now, not from the line: what records missed has added up
+    lately = (drift - slope * t)[t >= t[-1] - TAU_S]
+    first = float(lately.mean())
     learnt = max(float(np.ptp(t)), WINDOW_S)
-    # of a line through points that wander as slowly as it is long
-    of_slope = np.hypot(BIAS, np.sqrt(12) * scatter / learnt)
+    # of a line through points that wander as slowly as it is long, or as it wanders itself
+    of_slope = np.hypot(BIAS, max(np.sqrt(12) * scatter / learnt, _wanders(t, drift)))
     sampled = own * ride.period / 2  # an angle and its rate may be half a record apart
     walked = np.maximum(missed - np.interp(start, ride.t, missed), 0.0)
-    spread = DEVIATION**2 + scatter**2 + (of_slope * since) ** 2 + walked + sampled**2
+    spread = DEVIATION**2 + lately.var() + (of_slope * since) ** 2 + walked + sampled**2
+    spread[gap_between(ride.t, np.full(ride.t.size, start), ride.t)] = np.inf
     return _Propagated(whole + first + slope * (ride.t - start), np.sqrt(spread), float(slope))
+
+
+def _wanders(t: Floats, drift: Floats) -> float:
+    """Return the deviation of a drift's slope from window to window, rad/s; 0 of too few."""
+    ends = np.arange(t[-1], t[0] - 1e-9, -WINDOW_S)[::-1]
+    slopes = np.diff(np.interp(ends, t, drift)) / WINDOW_S
+    return float(slopes.std(ddof=1)) if slopes.size > 1 else 0.0
 
 
 def _tilt(ride: Ride) -> tuple[Floats, Floats]:
@@ -266,8 +300,9 @@ def _tilt_by_accelerometers(log: Log, check: HeadingCheck, start: float) -> Reco
     roll, pitch = accelerometer_tilt(np.array(smooth))
     pull = _pull(ride)
     sigma = np.sqrt(STATED["accelerometer"] ** 2 + np.arctan(pull / G) ** 2 + (LEFT * roll) ** 2)
-    compass = check.sources["compass"]
-    yaw = np.unwrap(np.nan_to_num(compass.heading))
+    # the source `compass` is levelled with the gyroscopes that failed
+    assert ride.field is not None
+    yaw = np.unwrap(np.nan_to_num(compass_heading(ride.field, roll, pitch, ride.declination)))
     columns = {
         "roll_deg": np.degrees(roll[rows]),
         "pitch_deg": np.degrees(pitch[rows]),
@@ -302,9 +337,12 @@ def _ended(
     sigma = columns[limit[0]]
     beyond = np.flatnonzero(~(sigma <= limit[1]))
     last = int(beyond[0]) if beyond.size else t.size
+    why = "the flight ends"
+    if last < t.size:
+        is_known = np.isfinite(sigma[last])
+        why = f"{limit[0]} goes beyond {limit[1]:g}" if is_known else "its records have a gap"
     if not last:
-        raise LogError(f"what would replace the {block} is of no use from the beginning")
-    why = "the flight ends" if last == t.size else f"{limit[0]} goes beyond {limit[1]:g}"
+        raise LogError(f"nothing replaces the {block} from {start:.1f} s on: {why}")
     kept = {name: values[:last] for name, values in columns.items()}
     return Recovery(block, start, float(t[last - 1]), why, t[:last], method[:last], kept)
 

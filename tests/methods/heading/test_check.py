@@ -7,7 +7,7 @@ import pytest
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.heading import cross_check
-from fdi.methods.heading.check import _confirmed, _lately
+from fdi.methods.heading.check import JUMPS, _confirmed, _lately
 from fdi.methods.heading.increments import GATE
 from fdi.methods.heading.motion import silences
 from fdi.telemetry import Log
@@ -51,6 +51,21 @@ def test_a_compass_that_jumps_is_named_within_half_a_second(healthy: Log) -> Non
     assert check.accused is not None
     assert check.accused.block == "magnetometer"
     assert FAILS - check.ride.cycle <= check.accused.start <= FAILS + 0.5
+
+
+def test_a_field_that_jumps_along_the_vertical_names_the_compass_at_once(healthy: Log) -> None:
+    """No heading shows it while the vehicle is level."""
+    check = cross_check(altered(healthy, "RAW_IMU", zmag=later(3e-5)))
+    assert check.accused is not None
+    assert (check.accused.block, check.accused.by[0]) == ("magnetometer", JUMPS)
+    assert FAILS - check.ride.cycle <= check.accused.start <= FAILS + check.ride.cycle
+
+
+def test_jumps_of_a_field_that_is_not_the_place_s_name_nobody(healthy: Log) -> None:
+    """Twice the Earth's field: what is near the compass is most of what it reads."""
+    twice = {axis: lambda t, own: 2 * own for axis in ("xmag", "ymag", "zmag")}
+    log = altered(altered(healthy, "RAW_IMU", **twice), "RAW_IMU", zmag=later(6e-5))
+    assert all(JUMPS not in one.by for one in cross_check(log).named)
 
 
 def test_a_compass_that_freezes_is_named(healthy: Log) -> None:

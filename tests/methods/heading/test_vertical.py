@@ -24,7 +24,24 @@ def climbing(pull: float = 0.5) -> Ride:
     fixes = Fixes(at, at, 0 * at, 0 * at, 0 * at, 0 * at, height[::2])
     air = (0.0, float(T[-1]))
     return Ride(
-        T, still, force, None, still, fixes, None, air, 0, 0.2, 0.0, 0.0, 1.1, False, {}, {}, height
+        T,
+        still,
+        force,
+        None,
+        still,
+        fixes,
+        None,
+        air,
+        0,
+        0.2,
+        0.0,
+        0.0,
+        1.1,
+        np.nan,
+        False,
+        {},
+        {},
+        height,
     )
 
 
