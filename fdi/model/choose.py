@@ -1,7 +1,7 @@
 """Which shipped model fits a log, by the type of its vehicle?
 
 The models' files are not parsed for that, which would cost more than the analysis of a short log:
-``vehicles: [plane, vtol]`` stands on one line of a shipped model, and that line is read.
+``vehicles: [helicopter, other]`` stands on one line of a shipped model, and that line is read.
 """
 
 from __future__ import annotations
