@@ -105,7 +105,20 @@ POOR_LINK = dict.fromkeys(
     "the link loses a second within every minute of this flight, and in its beginning every 10 s",
 )
 ON_BOARD = dict.fromkeys(("link_1", "link_silent"), "a recorder on board has no link")
-ANY = SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
+NO_RATES = dict.fromkeys(
+    (
+        f"{name}_{motor}{what}"
+        for motor in range(1, 7)
+        for name, what in (
+            ("rot", ""),
+            ("spn", ""),
+            ("motor", "_stands_still"),
+            ("motor", "_turns_otherwise"),
+        )
+    ),
+    "simulated motor controllers say nothing, or that nothing turns",
+)
+ANY = NO_RATES | SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
 PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
 ARDUPILOT_TLOG = ANY | SAME | STREAM

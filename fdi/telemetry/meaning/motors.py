@@ -33,6 +33,7 @@ from dataclasses import replace
 from math import isfinite, nan
 from typing import Final, NamedTuple
 
+from fdi.telemetry.meaning.rotors import rotors
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.motors import ROTORS, lifting
 from fdi.units import Conversion
@@ -81,6 +82,8 @@ def with_motors(
 ) -> dict[str, Message]:
     """Return the messages with ``MOTORS``, where the vehicle is one of motors and they are known.
 
+    And with ``ROTOR_1`` to ``ROTOR_n``, where their controllers tell how fast they turn.
+
     Parameters
     ----------
     messages : Mapping[str, Message]
@@ -108,7 +111,8 @@ def with_motors(
             columns[f"motor_{motor}"] = _share(column, low, high)
     told = base.made_from or base.key
     made = replace(base, name=MOTORS, instance=None, columns=columns, made_from=told, _cache={})
-    return dict(sorted({**known, MOTORS: made}.items())) if columns else known
+    turning = {each.name: each for each in rotors(messages, wiring.outputs)}
+    return dict(sorted({**known, **turning, MOTORS: made}.items())) if columns else known
 
 
 def unwired(
