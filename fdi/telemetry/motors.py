@@ -96,9 +96,7 @@ def lifting(parameters: Parameters, autopilot: str, vehicle: str) -> int:
     >>> lifting({}, "px4", "hexa"), lifting({}, "px4", "vtol")
     (6, 0)
     """
-    return ROTORS.get(vehicle) or (
-        len(motors_of(parameters, autopilot, vehicle)) if vehicle == "vtol" else 0
-    )
+    return ROTORS.get(vehicle) or len(motors_of(parameters, autopilot, vehicle))
 
 
 def names_frame(parameters: Parameters, autopilot: str) -> bool:

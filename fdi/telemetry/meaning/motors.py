@@ -35,7 +35,7 @@ from typing import Final, NamedTuple
 
 from fdi.telemetry.meaning.rotors import rotors
 from fdi.telemetry.message import Column, Message
-from fdi.telemetry.motors import ROTORS, lifting
+from fdi.telemetry.motors import lifting
 from fdi.units import Conversion
 
 MOTORS: Final = "MOTORS"
@@ -163,7 +163,7 @@ def wiring_of(messages: Messages, parameters: Parameters, autopilot: str, vehicl
     own = Wiring("", {motor: (motor,) for motor in motors})
     if autopilot == "px4" and _BY_MOTOR in messages:
         return own
-    if vehicle not in ROTORS:  # its first outputs may as well be surfaces
+    if vehicle == "vtol":  # its first outputs may as well be surfaces
         own = Wiring("", dict.fromkeys(motors, ()))
     numbers = _NUMBERS.get(autopilot, {})
     for pattern in _patterns(parameters, autopilot):
