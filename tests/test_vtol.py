@@ -123,4 +123,5 @@ def test_motors_that_the_log_does_not_place_are_not_judged_and_it_says_so(parame
     assert any(
         "nothing is said" in one or "none of them is judged" in one for one in found.warnings
     )
+    assert "motors stand and turn as in the model" not in " ".join(found.warnings)
     assert "motor_1" in {one.component for one in found.diagnosis.not_testable}
