@@ -20,7 +20,7 @@ from fdi.methods.estimator import EstimatorHealth, estimator_health
 from fdi.methods.estimator.columns import ESTIMATOR
 from fdi.methods.heading.replaced import with_recovered
 from fdi.model import Airframe, System
-from fdi.model.choose import is_general, made_for
+from fdi.model.choose import is_general, kind_of, made_for
 from fdi.model.hints import would_test
 from fdi.result import Analysis
 from fdi.telemetry import Log, join, read
@@ -180,8 +180,9 @@ def _fit(log: Log, airframe: Airframe, *, chosen: bool) -> Iterator[str]:
             f"{airframe.name} knows what all have in common, no motors, engine or control surfaces"
         )
     fitting = made_for(airframe.name)
-    if fitting and not is_general(airframe.name) and log.vehicle not in fitting:
-        yield f"{airframe.name} is a model of {', '.join(fitting)}, and the log is of {log.vehicle}"
+    own = kind_of(log)
+    if fitting and not is_general(airframe.name) and own not in fitting:
+        yield f"{airframe.name} is a model of {', '.join(fitting)}, and the log is of {own}"
     if any(measurement.channel.source == MOTORS for measurement in airframe.measurements):
         yield from unwired(log.messages, log.parameters, log.autopilot, log.vehicle)
 

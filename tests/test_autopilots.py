@@ -78,6 +78,23 @@ NO_SURFACES = dict.fromkeys(
     ),
     "the telemetry of this VTOL has the lifting motors' outputs alone",
 )
+NO_FRAME = dict.fromkeys(
+    (
+        f"{name}_{motor}{what}"
+        for motor in range(1, 5)
+        for name, what in (
+            ("ext", ""),
+            ("idl", ""),
+            ("stk", ""),
+            ("motor", "_given_more"),
+            ("motor", "_output_held"),
+        )
+    ),
+    "the telemetry of this VTOL does not say where its lifting motors are",
+) | dict.fromkeys(
+    ("roll_not_followed_on_rotors", "pitch_not_followed_on_rotors"),
+    "PX4 sends no demanded attitude (NAV_CONTROLLER_OUTPUT) of a VTOL on its rotors",
+)
 GENTLE = dict.fromkeys(
     ("energy_lost_at_full_throttle", "engine_at_idle", "throttle_taken_away",
      "en_2", "en_3", "en_11"),
@@ -88,7 +105,20 @@ POOR_LINK = dict.fromkeys(
     "the link loses a second within every minute of this flight, and in its beginning every 10 s",
 )
 ON_BOARD = dict.fromkeys(("link_1", "link_silent"), "a recorder on board has no link")
-ANY = SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
+NO_RATES = dict.fromkeys(
+    (
+        f"{name}_{motor}{what}"
+        for motor in range(1, 7)
+        for name, what in (
+            ("rot", ""),
+            ("spn", ""),
+            ("motor", "_stands_still"),
+            ("motor", "_turns_otherwise"),
+        )
+    ),
+    "simulated motor controllers say nothing, or that nothing turns",
+)
+ANY = NO_RATES | SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
 PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
 ARDUPILOT_TLOG = ANY | SAME | STREAM
@@ -106,7 +136,7 @@ CLOSED_LOOP = {
     "s20_0045_quad_healthy.ulg": PX4_ULOG | ONE_UNIT,
     "s20_0036_hexa_healthy.tlog": PX4_TLOG,
     "s20_0036_hexa_healthy.ulg": PX4_ULOG,
-    "s20_0016_vtol_healthy.tlog": PX4_TLOG | NO_PARAMETERS | NO_SURFACES | GENTLE,
+    "s20_0016_vtol_healthy.tlog": PX4_TLOG | NO_PARAMETERS | NO_SURFACES | NO_FRAME | GENTLE,
 }
 """Healthy flights of each vehicle, autopilot and format, and what may never run on them."""
 

@@ -102,7 +102,8 @@ def test_every_test_of_a_motor_runs(tmp_path):
     [
         (FRAME, "octocopter"),
         ((), "octocopter"),  # by its MAV_TYPE alone
-        ((("FRAME_CLASS", 4.0),), "any_vehicle"),  # two motors on each of four arms
+        ((("FRAME_CLASS", 4.0),), "octaquad"),  # two motors on each of four arms
+        ((("FRAME_CLASS", 15.0),), "any_vehicle"),  # defined by a script
     ],
 )
 def test_the_model_is_taken_for_octocopters_with_eight_arms(parameters, model, tmp_path):

@@ -19,7 +19,7 @@ COPTER = HEALTHY / "copter_gusts.tlog"
 LOGS = [HEALTHY / f"{name}.tlog" for name in ("copter_gusts", "plane_turbulence", "px4_quad")]
 EVERY = pytest.mark.parametrize("path", LOGS, ids=lambda path: path.stem)
 STRAYS, CHARGE = "gps_position_strays", "battery_charge_lost"
-SCATTERS = "barometer_scatters"
+SCATTERS, JUMPS = "barometer_scatters", "gps_position_scatters"
 RADIUS = 6371000.0
 """Of the sphere that stands for the earth, m."""
 TOLERANCE = 3.0
@@ -107,6 +107,25 @@ def test_a_barometer_that_jumps_about_by_a_metre_and_a_half_is_named(path, tmp_p
     told_after = told.values[(told.t > start + 11) & np.isfinite(told.values)]
     assert -told_after == pytest.approx(18, abs=10)  # of 40 numbers that are drawn
     assert told.accused[:1] == ["barometer"]
+
+
+@EVERY
+def test_a_receiver_in_health_hardly_scatters(path):
+    told = Told(path, JUMPS)
+    assert np.isfinite(told.values).mean() > 0.3
+    assert np.nanmax(-told.values) < 0.6  # m
+    assert len(told.alarmed) == 0
+
+
+@EVERY
+@pytest.mark.parametrize("axis", ["lat", "lon"])
+def test_a_receiver_that_jumps_about_by_two_metres_is_named(path, axis, tmp_path):
+    """Of zero mean: neither a position nor its mean is far off."""
+    start = middle(path)
+    text = f"GPS_RAW_INT.{axis}:noise={2.0 / RADIUS}@{start}"
+    told = Told(with_fault(path, text, tmp_path), JUMPS)
+    assert start < told.alarmed[0] < start + 9
+    assert told.accused[:1] == ["gps"]
 
 
 CLIMBS = SHARED / "sitl" / "varied" / "v01_hexap_rangefinder_squares.tlog"
@@ -220,6 +239,22 @@ def test_a_battery_that_loses_its_charge_at_once_is_named(tmp_path):
     start = middle(COPTER)
     told = Told(edited(COPTER, empty, tmp_path, ("SYS_STATUS",), (start, np.inf)), CHARGE)
     assert start - 1 < told.alarmed[0] < start + 3
+    assert told.accused == ["battery"]
+
+
+def test_a_link_that_loses_seconds_does_not_hide_a_lost_charge(tmp_path):
+    """A change is told by its two ends, whatever was lost in between."""
+    start = middle(COPTER)
+
+    def empty(message):
+        message.battery_remaining = 20
+
+    path = edited(COPTER, empty, tmp_path, ("SYS_STATUS",), (start, np.inf))
+    every = records(path)
+    first = every[0].stamp
+    path.write_bytes(joined(one for one in every if (one.stamp - first) / 1e6 % 5 < 3.4))
+    told = Told(path, CHARGE)
+    assert start - 1 < told.alarmed[0] < start + 5
     assert told.accused == ["battery"]
 
 

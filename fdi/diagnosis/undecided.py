@@ -8,6 +8,7 @@ telemetry cannot show, each with what keeps it from doing so.
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,11 @@ from fdi.diagnosis.clearing import ended_well, faults_by_component, quiet_tests
 from fdi.diagnosis.concerns import concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Isolability, NotTestable, Open
+from fdi.model.expression import symbols
 from fdi.residuals import Bank
 from fdi.telemetry.airtime import when_in_air
+
+_CARRIERS: Final = {"wing_borne": "wings", "rotor_borne": "rotors"}
 
 
 def left_open(alarms: Alarms, told: Collection[str]) -> tuple[Open, ...]:
@@ -116,9 +120,28 @@ def not_testable(
             names = ", ".join(system.faults[c].name for c in columns[:4])
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):
-            text = "its tests never had all that they need"
+            own = np.flatnonzero(bank.incidence[:, seen].any(axis=1))
+            text = _waiting(alarms, {*own.tolist(), *concerned.get(name, [])}) if flew else ""
+            text = text or "its tests never had all that they need"
             text += "" if flew else ", or hold in the air only"
         else:
             continue
         result.append(NotTestable(name, text))
     return tuple(result)
+
+
+def _waiting(alarms: Alarms, rows: Collection[int]) -> str:
+    """Return what had to carry the vehicle for any of these tests and never did, "" for nothing."""
+    bank, state = alarms.residuals.bank, alarms.residuals.signals.state.named()
+    equations = bank.system.equations
+    for flag, carrier in _CARRIERS.items():
+        needed = all(
+            any(
+                (when := equations[i].when) is not None and flag in symbols(when)
+                for i in bank.generators[row].equations
+            )
+            for row in rows
+        )
+        if rows and needed and not state[flag].any():
+            return f"its tests hold on {carrier} only, which never carried it for long"
+    return ""

@@ -22,7 +22,7 @@ from fdi.telemetry import Log
 from fdi.telemetry.formats.bounds import MOST_NAMES
 from fdi.telemetry.formats.tlog import read_tlog
 from fdi.telemetry.formats.tlog.stream import Piece
-from fdi.telemetry.meaning import MOTORS, with_motors, with_outputs
+from fdi.telemetry.meaning import MOTORS, ROTORS, with_motors, with_outputs
 
 PARAM_VALUE: Final = 22
 MOST_BYTES: Final = 1 << 23
@@ -101,7 +101,7 @@ class Window:
 
 def as_of(log: Log, vehicle: str, parameters: Mapping[str, float], frame: str) -> Log:
     """Return a window's log with what is known of its vehicle already."""
-    own = {key: message for key, message in log.messages.items() if key != MOTORS}
+    own = {key: one for key, one in log.messages.items() if key not in (MOTORS, *ROTORS)}
     own = with_outputs(own, parameters, log.autopilot, vehicle)
     own = with_motors(own, parameters, log.autopilot, vehicle)
     return replace(

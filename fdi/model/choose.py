@@ -1,7 +1,7 @@
 """Which shipped model fits a log, by the type of its vehicle?
 
 The models' files are not parsed for that, which would cost more than the analysis of a short log:
-``vehicles: [plane, vtol]`` stands on one line of a shipped model, and that line is read.
+``vehicles: [helicopter, other]`` stands on one line of a shipped model, and that line is read.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from fdi.errors import ModelError
 from fdi.model.load import find_model, shipped_models
 from fdi.telemetry import Log
 
-VEHICLES: Final = re.compile(r"^vehicles: *\[([a-z, ]*)\] *(?:#.*)?$", re.MULTILINE)
+VEHICLES: Final = re.compile(r"^vehicles: *\[([a-z0-9, ]*)\] *(?:#.*)?$", re.MULTILINE)
 
 
 def choose_model(log: Log) -> str:
@@ -25,7 +25,9 @@ def choose_model(log: Log) -> str:
     ModelError
         No shipped model is made for this vehicle.
     """
-    fitting = [name for name in shipped_models() if log.vehicle in vehicles_of(find_model(name))]
+    made = {name: vehicles_of(find_model(name)) for name in shipped_models()}
+    own = kind_of(log)
+    fitting = [name for name, vehicles in made.items() if own in vehicles]
     if len(fitting) != 1:
         known = ", ".join(shipped_models())
         raise ModelError(
@@ -34,6 +36,13 @@ def choose_model(log: Log) -> str:
             hint=f"choose one with --model: {known}, or a file of your own (docs/airframe.md)",
         )
     return fitting[0]
+
+
+def kind_of(log: Log) -> str:
+    """Return the frame of a log's vehicle if a shipped model is made for it, else its type."""
+    frame = log.frame.lower()
+    known = any(frame in vehicles_of(find_model(name)) for name in shipped_models())
+    return frame if known else log.vehicle
 
 
 def is_general(name: str) -> bool:

@@ -22,6 +22,7 @@ from fdi.model.parts import Equation, Measurement, Parameter, Source
 from fdi.model.system import Estimate, ParameterValue, System
 from fdi.model.world import world_value
 from fdi.telemetry import Log
+from fdi.telemetry.meaning import MOTORS
 from fdi.telemetry.motors import motors_of, names_frame
 
 
@@ -181,7 +182,8 @@ def assumptions(
             assumed.append(f"{asked[0].name} {parameter.value / asked[0].scale:g}{unit}")
     told = [f"not in this log, so assumed: {', '.join(dict.fromkeys(assumed))}"] if assumed else []
     of_frame = [p for name, p in parameters.items() if p.frame and name in used]
-    if log is not None and any(value_of(p, log).source == "default" for p in of_frame):
+    judged = log is not None and MOTORS in log  # without their outputs nothing rests on it
+    if judged and any(value_of(p, log).source == "default" for p in of_frame):
         told.append(
             "this log does not tell the frame, so assumed: motors stand and turn as in the model"
         )

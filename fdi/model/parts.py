@@ -23,6 +23,7 @@ STATES: Final = frozenset(
         "controls_attitude",
         "controls_height",
         "wing_borne",
+        "rotor_borne",
         "step",
     }
 )

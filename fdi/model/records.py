@@ -62,18 +62,21 @@ def recent(t: Column, values: Column) -> Floats:
 def change(t: Column, values: Column, seconds: float) -> Floats:
     """Return by how much a quantity has changed since so many seconds ago.
 
-    Between two records it lies on their line. Unknown where a gap lies on the way.
+    Between two records it lies on their line. Unknown where it began within a gap; what was in
+    between does not matter.
 
     Examples
     --------
     >>> change(np.arange(5.0), np.array([0.0, 1.0, 4.0, 9.0, 16.0]), 2.0).tolist()
     [nan, nan, 4.0, 8.0, 12.0]
     """
-    known, at, ended = _records(t, values)
+    known, at, _ = _records(t, values)
     found = np.full(len(t), np.nan)
     if len(at):
         own, before = values[known], at - seconds
-        found[known] = np.where(before >= ended, own - np.interp(before, at, own), np.nan)
+        after = np.minimum(np.searchsorted(at, before), len(at) - 1)
+        told = (before >= at[0]) & ((at[after] == before) | ~_after_gap(at)[after])
+        found[known] = np.where(told, own - np.interp(before, at, own), np.nan)
     return found
 
 
@@ -139,7 +142,8 @@ def noise(t: Column, values: Column, seconds: float) -> Floats:
 
     From how far each lies off the line through its two neighbours, so that a drift does not count:
     for white noise it is the noise's own deviation. The mean size and not the square is taken, so
-    that a single jump among many records counts for little. Unknown where a gap lies on the way.
+    that a single jump among many records counts for little. Records beside a gap are left out;
+    unknown where gaps leave less than half of that time.
 
     Examples
     --------
@@ -148,16 +152,24 @@ def noise(t: Column, values: Column, seconds: float) -> Floats:
     >>> noise(np.arange(6.0), np.array([0.0, 3.0, 0.0, 3.0, 0.0, 3.0]), 4.0)[-1].round(2).item()
     3.07
     """
-    known, at, ended = _records(t, values)
+    known, at, _ = _records(t, values)
     found = np.full(len(t), np.nan)
     if len(at) < 3:
         return found
     off, spread = _off_line(at, values[known])
+    beside = _after_gap(at)
+    used = np.concatenate([[0.0], ~(beside[1:-1] | beside[2:]), [0.0]])
     # of a normal quantity the mean size is sqrt(2 / pi) of its deviation
     sizes = np.minimum(np.abs(off), WILD) / spread * np.sqrt(np.pi / 2)
-    first, last, before = _newest(at, seconds)
-    mean = sums_between(np.concatenate([[0.0], sizes, [0.0]]), first, last) / before
-    found[known] = np.where(at - seconds >= ended - SAME_S, mean, np.nan)
+    first, last, _ = _newest(at, seconds)
+    total = sums_between(np.concatenate([[0.0], sizes, [0.0]]) * used, first, last)
+    number = sums_between(used, first, last)
+    steps = np.where(beside, 0.0, np.diff(at, prepend=at[0]))
+    begun = np.searchsorted(at, at - seconds + SAME_S, side="right")
+    told = sums_between(steps, begun, np.arange(1, len(at) + 1))
+    enough = (number > 0) & (told >= seconds / 2 - SAME_S)
+    mean = np.divide(total, number, out=np.zeros(len(at)), where=number > 0)
+    found[known] = np.where(enough & (at - seconds >= at[0] - SAME_S), mean, np.nan)
     return found
 
 
@@ -211,7 +223,12 @@ def _records(t: Column, values: Column) -> tuple[NDArray[np.intp], Floats, Float
     known = np.flatnonzero(np.isfinite(values))
     known = known[np.argsort(t[known], kind="stable")]
     at = np.asarray(t[known], np.float64)
+    ended = np.maximum.accumulate(np.where(_after_gap(at), at, at[:1]))
+    return known, at, ended
+
+
+def _after_gap(at: Floats) -> NDArray[np.bool_]:
+    """Return which records end a gap."""
     steps = np.diff(at)
     longest = max(GAP_S, GAP_PERIODS * float(np.median(steps))) if len(steps) else GAP_S
-    ended = np.maximum.accumulate(np.append(at[:1], np.where(steps > longest, at[1:], at[:1])))
-    return known, at, ended
+    return np.append(np.zeros(len(at[:1]), bool), steps > longest)

@@ -109,7 +109,7 @@ class FlightState(Shown):
     ``controls_attitude``: the autopilot keeps an attitude that somebody demands;
     ``controls_height``: it keeps a height or a rate of climb as well, with engine or motors.
     ``wing_borne``: it is in the air, and if it could be carried by rotors, wings have carried it
-    for a few seconds.
+    for a few seconds; ``rotor_borne`` likewise, if it could be carried by wings.
     """
 
     t: Floats
@@ -120,6 +120,7 @@ class FlightState(Shown):
     controls_attitude: NDArray[np.bool_]
     controls_height: NDArray[np.bool_]
     wing_borne: NDArray[np.bool_]
+    rotor_borne: NDArray[np.bool_]
 
     def part(self, span: slice | NDArray[np.int64]) -> FlightState:
         """Return the state at some of the times."""
@@ -162,18 +163,19 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     height = np.isin(names, controls["height"])[told]
     attitude = height | np.isin(names, controls["attitude"])[told]
     air = np.asarray(airborne, np.bool_)
-    wings = air & _on_wings(at, [(e.t, e.text) for e in events if e.kind == "lift"])
-    return FlightState(at, armed, air, mode, phase, attitude, height, wings)
+    lift = [(e.t, e.text) for e in events if e.kind == "lift"]
+    wings, rotors = (air & _carried(at, lift, by) for by in ("wings", "rotors"))
+    return FlightState(at, armed, air, mode, phase, attitude, height, wings, rotors)
 
 
-def _on_wings(at: Floats, lift: Sequence[tuple[float, str]]) -> NDArray[np.bool_]:
-    """Return where wings have carried a vehicle for a while; everywhere if nothing else may."""
+def _carried(at: Floats, lift: Sequence[tuple[float, str]], by: str) -> NDArray[np.bool_]:
+    """Return where that has carried a vehicle for a while; everywhere if it never changes."""
     if not lift:
         return np.ones(at.size, np.bool_)
     times, texts = zip(*lift, strict=True)
     last = _latest(times, at)
-    wings = np.array(texts)[last] == "wings"
-    return np.asarray(wings & (at >= np.array(times)[last] + SETTLING_S))
+    carried = np.array(texts)[last] == by
+    return np.asarray(carried & (at >= np.array(times)[last] + SETTLING_S))
 
 
 def _latest(times: Sequence[float], at: Floats) -> NDArray[np.int64]:

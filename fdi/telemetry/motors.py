@@ -21,12 +21,17 @@ from fdi.telemetry.catalogue import data_table
 
 ROTORS: Final = {"quad": 4, "hexa": 6, "octa": 8}
 """How many motors have the vehicles whose type says so."""
+LIFTING: Final = 4
+"""Motors that lift an aeroplane of whose motors something is said."""
 MOST: Final = 12
 """Motors that an autopilot drives."""
 _Y6B: Final = 10.0  # FRAME of Copter 3.1 to 3.4, which had no FRAME_CLASS
 _Y6: Final = 5.0
 _CLASSES: Final = {"quad": 1.0, "hexa": 2.0, "octa": 3.0}  # FRAME_CLASS
 _NAMES: Final = ("FRAME_TYPE", "FRAME")
+_LIFT: Final = ("Q_FRAME_CLASS", "Q_FRAME_TYPE")  # of an aeroplane that rotors lift
+_TILTS: Final = ("Q_TILT_MASK", "Q_TILT_ENABLE", "Q_TAILSIT_ENABLE")
+_STANDARD: Final = 2.0  # CA_AIRFRAME: an aeroplane with rotors that lift and rotors that push
 _DIGITS: Final = 9  # of a factor: -sin(180 degrees) is 0
 
 Parameters = Mapping[str, float]
@@ -70,17 +75,28 @@ def motors_of(parameters: Parameters, autopilot: str, vehicle: str) -> tuple[Mot
     >>> motors_of({"FRAME_CLASS": 1.0, "FRAME_TYPE": 99.0}, "ardupilot", "quad")
     ()
     """
-    if vehicle not in (*ROTORS, "other"):
+    if vehicle not in (*ROTORS, "other", "vtol"):
         return ()
     if autopilot == "ardupilot":
-        rows = _ardupilot(parameters, vehicle)
+        rows = _quadplane(parameters) if vehicle == "vtol" else _ardupilot(parameters, vehicle)
     elif autopilot == "px4":
-        rows = _positions(parameters) or _px4(parameters.get("SYS_AUTOSTART", nan))
+        start = nan if vehicle == "vtol" else parameters.get("SYS_AUTOSTART", nan)
+        rows = _positions(parameters, vehicle) or _px4(start)
     else:
         rows = ()
-    if not 0 < len(rows) <= MOST or len(rows) != ROTORS.get(vehicle, len(rows)):
-        return ()
-    return _normalised(rows)
+    count = LIFTING if vehicle == "vtol" else ROTORS.get(vehicle, len(rows))
+    return _normalised(rows) if len(rows) == count and 0 < count <= MOST else ()
+
+
+def lifting(parameters: Parameters, autopilot: str, vehicle: str) -> int:
+    """Return how many motors lift a vehicle, 0 where neither its type nor its frame says.
+
+    Examples
+    --------
+    >>> lifting({}, "px4", "hexa"), lifting({}, "px4", "vtol")
+    (6, 0)
+    """
+    return ROTORS.get(vehicle) or len(motors_of(parameters, autopilot, vehicle))
 
 
 def names_frame(parameters: Parameters, autopilot: str) -> bool:
@@ -107,15 +123,30 @@ def _ardupilot(parameters: Parameters, vehicle: str) -> Sequence[Sequence[float]
     return rows
 
 
-def _positions(parameters: Parameters) -> Sequence[Sequence[float]]:
-    """Return the rows of PX4's rotors, as far as all of them are told and push upwards."""
+def _quadplane(parameters: Parameters) -> Sequence[Sequence[float]]:
+    """Return the rows of the motors that lift ArduPilot's aeroplane, none of one that tilts."""
+    if any(parameters.get(name, 0.0) for name in _TILTS):
+        return ()
+    kind, order = (f"{parameters.get(name, 1.0):.0f}" for name in _LIFT)
+    rows: Sequence[Sequence[float]] = data_table("motors")["ardupilot"].get(kind, {}).get(order, ())
+    return rows if _LIFT[0] in parameters else ()
+
+
+def _positions(parameters: Parameters, vehicle: str) -> Sequence[Sequence[float]]:
+    """Return the rows of PX4's rotors, as far as all of them are told and push upwards.
+
+    Those of an aeroplane that they lift are followed by rotors that push it forwards.
+    """
     count = parameters.get("CA_ROTOR_COUNT", 0.0)
-    if not 0 < count <= MOST or parameters.get("CA_AIRFRAME", 0.0):
+    own = _STANDARD if vehicle == "vtol" else 0.0
+    if not 0 < count <= MOST or parameters.get("CA_AIRFRAME", 0.0) != own:
         return ()
     rows = []
     for rotor in (f"CA_ROTOR{n}" for n in range(int(count))):
         forward, right = (parameters.get(f"{rotor}_P{axis}", nan) for axis in "XY")
         turn, up = parameters.get(f"{rotor}_KM", nan), -parameters.get(f"{rotor}_AZ", -1.0)
+        if own and not up:
+            break
         if not (isfinite(forward) and isfinite(right) and up > 0):
             return ()
         rows.append((-right, forward, turn if not turn else turn / abs(turn)))

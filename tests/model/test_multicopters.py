@@ -1,5 +1,6 @@
 """What the multicopter models say of outputs, against the geometry of ArduPilot's frames."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
-from fdi.model.expression import Symbol, symbols
+from fdi.model.expression import Number, Symbol, symbols, to_text
 from fdi.model.parts import Kind
 from fdi.telemetry.motors import motors_of
 
@@ -17,6 +18,7 @@ from .mixers import FRAMES, asked, mixer, outputs
 
 MOTORS = [(name, k) for name, (angles, _) in FRAMES.items() for k in range(1, len(angles) + 1)]
 EACH_MOTOR = pytest.mark.parametrize(("name", "motor"), MOTORS)
+NONE = Number(1.0)
 model = cache(load_airframe)
 
 
@@ -178,8 +180,12 @@ def test_every_motor_has_the_same_statements_limits_and_effects(name, motor):
 
     def of(number):
         own = [e for e in airframe.equations if e.component == f"motor_{number}"]
+
+        def named(text):
+            return re.sub(r"_\d+", "_N", text)
+
         return [
-            (e.name.replace(str(number), "N"), e.kind, e.tolerance, e.offset, e.side, e.when)
+            (named(e.name), e.kind, e.tolerance, e.offset, e.side, named(to_text(e.when or NONE)))
             for e in own
         ]
 

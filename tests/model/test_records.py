@@ -172,13 +172,18 @@ def test_it_is_unknown_before_there_are_so_many_seconds(function):
     assert np.array_equal(np.isfinite(of(function, t, t)), t >= 102.0)
 
 
-@EACH
-@pytest.mark.parametrize(("period", "step", "is_gap"), [
+WHOLE = pytest.mark.parametrize("function", [integral, span, sampled])
+"""What needs records all the while."""
+STEPS = pytest.mark.parametrize(("period", "step", "is_gap"), [
     (0.2, 0.95, False),  # more than 3 periods, less than 1 s
     (0.2, 1.05, True),
     (0.5, 1.45, False),  # more than 1 s, less than 3 periods
     (0.5, 1.55, True),
 ])  # fmt: skip
+
+
+@WHOLE
+@STEPS
 def test_a_gap_is_longer_than_a_second_and_three_periods(function, period, step, is_gap):
     before = period * np.arange(40)
     t = np.concatenate([before, before[-1] + step + period * np.arange(40)])
@@ -188,12 +193,46 @@ def test_a_gap_is_longer_than_a_second_and_three_periods(function, period, step,
     assert np.array_equal(np.isfinite(found), expected)
 
 
-@EACH
+@WHOLE
 def test_a_gap_may_be_of_unknown_records(function):
     t = np.arange(60) / 4
     values = np.where((t >= 5) & (t < 5 + GAP_S + 0.25), np.nan, 1.0)
     found = of(function, t, values)
     assert np.array_equal(np.isfinite(found), (t >= 2) & ((t < 5) | (t >= 8.25)))
+
+
+@STEPS
+def test_a_change_is_unknown_where_it_begins_within_a_gap(period, step, is_gap):
+    """What came while it lasted does not matter: it is the difference of its two ends."""
+    before = period * np.arange(40)
+    t = np.concatenate([before, before[-1] + step + period * np.arange(40)])
+    found = change(t, 3 * t, 2.0)
+    begins = t - 2.0
+    spoiled = (begins > before[-1] + 1e-9) & (begins < t[40] - 1e-9) & is_gap
+    assert np.array_equal(np.isfinite(found), (begins >= -1e-9) & ~spoiled)
+    assert found[np.isfinite(found)] == pytest.approx(6.0)
+
+
+def test_noise_is_told_by_what_came_between_gaps():
+    """Of a radio that loses a second and more now and then: neither more noise nor none."""
+    random = np.random.default_rng(5)
+    t = np.arange(4000) / 5
+    t = t[(t % 5 < 3.5)]  # 1.7 s are lost every 5 s
+    told = noise(t, 0.5 * random.normal(size=len(t)) + 40 * np.sin(t), 10.0)
+    line = noise(t, np.round(3 * t, 6), 10.0)
+    assert np.isfinite(told[t > 10]).all()
+    # the sine lies 40 * 0.2**2 / 2 off its line at the most, which is 0.65 of a sigma's 0.8
+    assert 0.5 < np.median(told[t > 10]) < 0.8
+    assert np.nanmax(line) < 1e-5
+
+
+def test_noise_is_unknown_where_gaps_leave_less_than_half():
+    t = np.arange(1000) / 5
+    kept = (t < 100) | (t % 5 < 1.7)
+    found = noise(t[kept], np.ones(kept.sum()), 10.0)
+    late = t[kept] > 112
+    assert np.isnan(found[late]).all()
+    assert np.isfinite(found[~late & (t[kept] > 10)]).mean() > 0.9
 
 
 @EACH

@@ -32,6 +32,8 @@ def test_mavlink_says_what_carries_a_vtol():
     assert told(found) == [(0, "rotors"), (10, "in transition"), (13, "wings"), (30, "rotors")]
     state = flight_state(T, found, FLIGHTS)
     assert T[state.wing_borne].tolist() == np.arange(13 + SETTLING_S, 30).tolist()
+    rotors = [*np.arange(SETTLING_S, 10), *np.arange(30 + SETTLING_S, 40)]
+    assert T[state.rotor_borne].tolist() == rotors
 
 
 def test_a_state_that_is_not_defined_is_none():
@@ -53,10 +55,11 @@ def test_what_cannot_change_has_no_such_events_and_its_wings_count_in_the_air(ve
     own = message("EXTENDED_SYS_STATE", T, vtol_state=np.zeros(T.size))
     assert lift_events(own, (), 0.0, vehicle) == []
     state = flight_state(T, (), FLIGHTS)
-    assert state.wing_borne.tolist() == state.airborne.tolist()
+    assert state.wing_borne.tolist() == state.rotor_borne.tolist() == state.airborne.tolist()
 
 
 def test_nobody_knows_what_carries_a_vtol_whose_log_does_not_tell():
     found = lift_events({}, (), 2.0, "vtol")
     assert told(found) == [(2.0, "unknown")]
-    assert not flight_state(T, found, FLIGHTS).wing_borne.any()
+    state = flight_state(T, found, FLIGHTS)
+    assert not (state.wing_borne | state.rotor_borne).any()

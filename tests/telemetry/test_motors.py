@@ -177,3 +177,34 @@ def test_no_parameters_make_it_fail(parameters, autopilot, vehicle):
     motors = motors_of(parameters, autopilot, vehicle)
     assert len(motors) <= MOST
     assert all(-1 <= motor.roll <= 1 and -1 <= motor.pitch <= 1 for motor in motors)
+
+
+STANDARD = {"CA_AIRFRAME": 2.0, "CA_ROTOR_COUNT": 5.0, "CA_ROTOR4_AX": 1.0, "CA_ROTOR4_AZ": 0.0,
+            "CA_ROTOR4_PX": -0.3, "CA_ROTOR4_PY": 0.0, "CA_ROTOR4_KM": 0.05}  # fmt: skip
+for _i, (_x, _y, _km) in enumerate([(1, 1, 1), (-1, -1, 1), (1, -1, -1), (-1, 1, -1)]):
+    STANDARD |= {f"CA_ROTOR{_i}_PX": 0.2 * _x, f"CA_ROTOR{_i}_PY": 0.2 * _y,
+                 f"CA_ROTOR{_i}_KM": 0.05 * _km}  # fmt: skip
+QUADPLANE = {"Q_FRAME_CLASS": 1.0, "Q_FRAME_TYPE": 1.0}
+X = [(1, -1, 1, 1), (2, 1, -1, 1), (3, 1, 1, -1), (4, -1, -1, -1)]
+
+
+@pytest.mark.parametrize(("told", "autopilot"), [(STANDARD, "px4"), (QUADPLANE, "ardupilot")])
+def test_of_an_aeroplane_the_motors_that_lift_it_count(told, autopilot):
+    """Not the one that pushes it."""
+    assert [tuple(motor) for motor in motors_of(told, autopilot, "vtol")] == X
+
+
+@pytest.mark.parametrize(
+    ("told", "autopilot"),
+    [
+        ({}, "ardupilot"),
+        ({}, "px4"),
+        (QUADPLANE | {"Q_TILT_MASK": 3.0}, "ardupilot"),
+        (QUADPLANE | {"Q_FRAME_CLASS": 2.0}, "ardupilot"),
+        (STANDARD | {"CA_AIRFRAME": 3.0}, "px4"),  # a tiltrotor
+        (STANDARD | {"CA_ROTOR3_AZ": 0.0}, "px4"),
+        ({"SYS_AUTOSTART": 4001.0}, "px4"),
+    ],
+)
+def test_of_an_aeroplane_lifted_otherwise_nothing_is_said(told, autopilot):
+    assert motors_of(told, autopilot, "vtol") == ()

@@ -7,6 +7,7 @@ sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
 mixed.py     what surfaces are asked for that do the work of two
 motors.py    which motor every output of a multicopter drives
+rotors.py    how fast every motor turns, as its controller says
 link.py      for how long nothing has come over the link
 """
 
@@ -14,10 +15,12 @@ from fdi.telemetry.meaning.link import LINK, link_of, with_link
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
 from fdi.telemetry.meaning.motors import MOTORS, unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
+from fdi.telemetry.meaning.rotors import ROTORS
 
 __all__ = [
     "LINK",
     "MOTORS",
+    "ROTORS",
     "as_ardupilot",
     "as_mavlink",
     "link_of",

@@ -1,4 +1,4 @@
-"""Which motor does every output of a multicopter drive, and how hard?
+"""Which motor does every output of a multicopter drive, or of an aeroplane that rotors lift?
 
 In: a log's messages and parameters. Out: the message ``MOTORS``: ``motor_1`` to ``motor_n``, the
 output *of that motor* as a share of its range, so that a model needs to know neither the wiring nor
@@ -10,16 +10,17 @@ autopilot   which output drives a motor, and its range
 ==========  ========================================================================================
 ArduPilot   ``SERVOn_FUNCTION`` (before 3.5 ``RCn_FUNCTION``) 33 to 40 and 82 to 85: motors 1 to 12.
             ``MOT_PWM_MIN`` and ``_MAX``, where 0 is not set the stick's ``RC3_MIN`` and ``_MAX``;
-            digital ones (``MOT_PWM_TYPE`` 4 to 7) 1000 to 2000 us
+            digital ones (``MOT_PWM_TYPE`` 4 to 7) 1000 to 2000 us. Of an aeroplane that rotors lift
+            ``Q_M_PWM_MIN``, ``_MAX``, ``_TYPE``, before 4.1 ``Q_THR_MIN_PWM`` and ``_MAX_``
 PX4         ``actuator_motors`` where it is logged, which ``SERVO_OUTPUT_RAW`` then says as 1000 us
             stopped and 2000 us full; else ``PWM_MAIN_FUNCn``, ``PWM_AUX_FUNCn``, ``HIL_ACT_FUNCn``
             101 to 112. ``PWM_MAIN_MINn``, ``PWM_MAIN_MIN``, ``PWM_MIN`` (-1 and 0 are not set)
 else        1000 to 2000 us, and wherever the above is not in the log or a simulation flies
 ==========  ========================================================================================
 
-A motor that no function names is on the output of its own number, unless that one does something
-else: autopilots do so by themselves, and a log may hold some of the parameters only. Only functions
-as first downloaded count: to change one in flight is a way to stop an output.
+A motor of a multicopter that no function names is on the output of its own number, unless that one
+does something else: autopilots do so by themselves, and a log may hold some of the parameters only.
+Only functions as first downloaded count: to change one in flight is a way to stop an output.
 
 Sources: ArduPilot SRV_Channel.h (k_motor1 ...), AP_MotorsMulticopter::get_pwm_output_min and
 update_throttle_range; PX4 output_functions.yaml (Motor1 is 101), pwm_out's module.yaml.
@@ -32,8 +33,9 @@ from dataclasses import replace
 from math import isfinite, nan
 from typing import Final, NamedTuple
 
+from fdi.telemetry.meaning.rotors import rotors
 from fdi.telemetry.message import Column, Message
-from fdi.telemetry.motors import ROTORS
+from fdi.telemetry.motors import lifting
 from fdi.units import Conversion
 
 MOTORS: Final = "MOTORS"
@@ -80,6 +82,8 @@ def with_motors(
 ) -> dict[str, Message]:
     """Return the messages with ``MOTORS``, where the vehicle is one of motors and they are known.
 
+    And with ``ROTOR_1`` to ``ROTOR_n``, where their controllers tell how fast they turn.
+
     Parameters
     ----------
     messages : Mapping[str, Message]
@@ -90,7 +94,7 @@ def with_motors(
         As in `Log`.
     """
     known = dict(messages)
-    if vehicle not in ROTORS or MOTORS in known or _SERVOS not in known:
+    if not lifting(parameters, autopilot, vehicle) or MOTORS in known or _SERVOS not in known:
         return known
     base, field = known[_SERVOS], "servo{}_raw"
     wiring = wiring_of(messages, parameters, autopilot, vehicle)
@@ -107,7 +111,8 @@ def with_motors(
             columns[f"motor_{motor}"] = _share(column, low, high)
     told = base.made_from or base.key
     made = replace(base, name=MOTORS, instance=None, columns=columns, made_from=told, _cache={})
-    return dict(sorted({**known, MOTORS: made}.items())) if columns else known
+    turning = {each.name: each for each in rotors(messages, wiring.outputs)}
+    return dict(sorted({**known, **turning, MOTORS: made}.items())) if columns else known
 
 
 def unwired(
@@ -121,7 +126,9 @@ def unwired(
     >>> next(unwired({}, told, "ardupilot", "quad"))
     'SERVO1_FUNCTION and SERVO5_FUNCTION are both motor 1: nothing is said of what it is given'
     """
-    if vehicle not in ROTORS:
+    if not lifting(parameters, autopilot, vehicle):
+        if vehicle == "vtol":
+            yield "the log does not say where four motors lift this vehicle: none of them is judged"
         return
     wiring = wiring_of(messages, parameters, autopilot, vehicle)
     for motor, outputs in wiring.outputs.items():
@@ -152,10 +159,12 @@ def unwired(
 
 def wiring_of(messages: Messages, parameters: Parameters, autopilot: str, vehicle: str) -> Wiring:
     """Return which outputs drive the motors of a vehicle."""
-    motors = range(1, ROTORS[vehicle] + 1)
+    motors = range(1, lifting(parameters, autopilot, vehicle) + 1)
     own = Wiring("", {motor: (motor,) for motor in motors})
     if autopilot == "px4" and _BY_MOTOR in messages:
         return own
+    if vehicle == "vtol":  # its first outputs may as well be surfaces
+        own = Wiring("", dict.fromkeys(motors, ()))
     numbers = _NUMBERS.get(autopilot, {})
     for pattern in _patterns(parameters, autopilot):
         told = {n: parameters.get(pattern.format(n), 0.0) for n in _OUTPUTS}
@@ -187,6 +196,9 @@ def _range_names(
     messages: Messages, parameters: Parameters, autopilot: str, pattern: str, output: int
 ) -> tuple[str, ...]:
     """Return how the parameters are called that tell the range, those that count first."""
+    if autopilot == "ardupilot" and parameters.get("Q_ENABLE"):
+        digital = parameters.get("Q_M_PWM_TYPE") in _DIGITAL
+        return () if digital else ("Q_M_PWM_{}", "Q_THR_{}_PWM")
     if autopilot == "ardupilot" and parameters.get("MOT_PWM_TYPE") not in _DIGITAL:
         return ("MOT_PWM_{}", "RC3_{}")
     simulated = _BY_MOTOR in messages or parameters.get("SYS_HITL") or pattern == _HIL

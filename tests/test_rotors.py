@@ -1,0 +1,130 @@
+"""What motor controllers say of how fast motors turn: flights made here, and one recorded.
+
+The rates follow the outputs as propellers do (thrust as the square of the rate); of the model they
+know nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from flights import SHARED
+from telemetry.build import Flight, mav
+
+import fdi
+
+ONSET = 60.0
+HOVER, MOST = 0.45, 1200.0
+"""Output as a share of its range; rate at full output, rad/s."""
+ALL = (1, 2, 3, 4)
+RPM = 60 / (2 * np.pi)
+
+
+@dataclass(frozen=True)
+class Turning(Flight):
+    """A flight in wind whose controllers say how fast their motors turn.
+
+    From ``ONSET`` on ``motor`` turns at ``turns`` of the rate that its output gives.
+    """
+
+    hover: float = 110.0
+    motor: int = 3
+    turns: float = 1.0
+    told: tuple[int, ...] = ALL
+    every: int = 1  # records of the outputs for one of the rates
+    down_too: float = 0.0  # of its output that the autopilot takes away with it
+
+    def outputs(self, t):
+        wind = 0.06 * np.sin([0.31 * t, 0.31 * t + np.pi, 0.4 * t + 2, 0.4 * t + 2 + np.pi])
+        own = HOVER + wind + [0.02, -0.02, 0.01, -0.01]
+        own[self.motor - 1] *= 1 - self.down_too * (t >= ONSET)
+        return own
+
+    def messages(self, t, tick):
+        made = super().messages(t, tick)
+        at = next(i for i, m in enumerate(made) if m.get_type() == "SERVO_OUTPUT_RAW")
+        flying = self.phases()[0] <= t < self.phases()[3]
+        own = self.outputs(t) if flying else np.zeros(4)
+        pulses = [round(1000 + 1000 * u) for u in own]
+        made[at] = mav.MAVLink_servo_output_raw_message(made[at].time_usec, 0, *pulses, *[0] * 4)
+        if tick % self.every:
+            return made
+        rates = MOST * np.sqrt(0.35 * own + 0.65 * own**2) * [1.02, 0.98, 1.0, 0.99]
+        if t >= ONSET:
+            rates[self.motor - 1] *= self.turns
+        rpm = [round(r * RPM) if i in self.told else 0 for i, r in enumerate(rates, 1)]
+        none = [0] * 4
+        said = mav.MAVLink_esc_telemetry_1_to_4_message(none, none, none, none, rpm, none)
+        return [*made, said]
+
+    def analysed(self, folder):
+        path = folder / "turning.tlog"
+        path.write_bytes(self.bytes())
+        return fdi.analyze(path)
+
+
+def accused(found):
+    return [finding.component for finding in found.diagnosis.findings]
+
+
+@pytest.mark.parametrize("motor", ALL)
+def test_a_motor_that_its_controller_stops_is_named_soon(motor, tmp_path):
+    found = Turning(motor=motor, turns=0.0).analysed(tmp_path)
+    assert accused(found) == [f"motor_{motor}"]
+    assert ONSET - 0.5 < found.diagnosis.findings[0].onset < ONSET + 0.5
+    assert found.diagnosis.findings[0].alarm < ONSET + 1.25
+
+
+def test_at_one_record_a_second_a_stopped_motor_is_named(tmp_path):
+    found = Turning(turns=0.0, every=5).analysed(tmp_path)
+    assert accused(found) == ["motor_3"]
+    assert found.diagnosis.findings[0].alarm < ONSET + 5.0
+
+
+@pytest.mark.parametrize("turns", [0.8, 1.25])
+def test_a_motor_that_turns_otherwise_for_its_output_is_named(turns, tmp_path):
+    """A propeller that broke lets it turn faster, a bearing slower."""
+    found = Turning(turns=turns).analysed(tmp_path)
+    assert accused(found) == ["motor_3"]
+    assert ONSET - 1 < found.diagnosis.findings[0].onset < ONSET + 2
+
+
+@pytest.mark.parametrize(
+    "flight",
+    [
+        Turning(),
+        Turning(every=5),
+        Turning(turns=0.0, down_too=0.9),  # told to stop, and so it does: it obeys
+    ],
+)
+def test_motors_that_turn_as_they_are_told_stand_still_or_turn_otherwise_nowhere(flight, tmp_path):
+    found = flight.analysed(tmp_path)
+    equations, rows = found.system.equations, found.alarms.alarm.any(axis=1)
+    told = {
+        equations[g.residual].name
+        for g, alarmed in zip(found.bank.generators, rows, strict=True)
+        if alarmed
+    }
+    assert not [name for name in told if "stands_still" in name or "turns_otherwise" in name]
+
+
+@pytest.mark.parametrize("told", [(), (2,), (1, 2, 3)])
+def test_without_the_rates_of_all_others_nothing_is_said(told, tmp_path):
+    """No sensor at all, or some controllers only, which say zero."""
+    found = Turning(turns=0.0, told=told).analysed(tmp_path)
+    assert {f"ROTOR_{i}" for i in told} == {k for k in found.log.messages if "ROTOR" in k}
+    assert accused(found) == []
+
+
+RECORDED = SHARED / "crash" / "motors_cut_in_air.ulg"
+
+
+@pytest.mark.skipif(not RECORDED.is_file(), reason="no ../shared")
+def test_recorded_motors_turn_as_they_are_told():
+    found = fdi.analyze(RECORDED)
+    equations, alarms = found.system.equations, found.alarms
+    for row, generator in enumerate(found.bank.generators):
+        name = equations[generator.residual].name
+        if "turns_otherwise" in name or "stands_still" in name:
+            assert (alarms.state[row] == 0).any()
+            assert not alarms.alarm[row].any()
