@@ -20,7 +20,7 @@ LENGTH = round(150 * RATE)
 HOURS = 3.0
 DEFAULT = load_policy("default")
 RECIPE = DEFAULT.decision
-USE = Use("majority", True)
+USE = Use("majority", True, 0.0)
 BANK = bank_of(
     model({"gps": ["a", "b"], "compass": ["a", "c"], "barometer": ["b", "c"], "pitot": ["c"]})
 )
