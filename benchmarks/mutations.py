@@ -164,15 +164,16 @@ def drawn(count: int, seed: int) -> list[Mutation]:
 
 
 def related(one: Mutation, root: Path) -> Iterator[list[str]]:
-    """Yield the tests to try, by path, the likeliest first."""
-    stem = Path(one.path).stem
-    room = root / "tests" / one.room
-    tests = [str(p.relative_to(root)) for p in sorted(room.rglob("test_*.py"))]
-    near = [name for name in tests if Path(name).stem == f"test_{stem}"]
-    said = f"fdi.{one.room}.{stem}"
-    near += [n for n in tests if n not in near and said in (root / n).read_text("utf-8")]
+    """Yield the tests to try, by path: those of the file, those that name it, those of its room."""
+    stem, folder = Path(one.path).stem, root / "tests"
+    tests = [str(p.relative_to(root)) for p in sorted(folder.rglob("test_*.py"))]
+    room = [name for name in tests if Path(name).parts[1] == one.room]
+    own = [name for name in room if Path(name).stem == f"test_{stem}"]
+    said = f"fdi.{one.room}.{stem} import"
+    near = [n for n in tests if n not in own and said in (root / n).read_text("utf-8")]
+    yield own
     yield near
-    yield [name for name in tests if name not in near]
+    yield [name for name in room if name not in {*own, *near}]
 
 
 def noticed(one: Mutation, root: Path, wider: Iterable[str]) -> str | None:
