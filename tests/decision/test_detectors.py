@@ -89,6 +89,12 @@ def test_alarm_begins_and_ends_with_a_trigger(policy):
     assert (alarms.state[0, edges[1::2] - 1] == 1).all()
 
 
+def test_alarms_say_how_many_residuals_raised_one():
+    values = np.zeros((3, MINUTE))
+    values[1, 100:] = 50.0
+    assert repr(SUDDEN.decide(residuals(values))) == "<Alarms: 1 of 3 residuals raised one>"
+
+
 @EVERY
 def test_residual_that_is_never_known_is_unknown_and_raises_nothing(policy):
     alarms = policy.decide(residuals(np.full((2, MINUTE), np.nan), spread=np.nan))

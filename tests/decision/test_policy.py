@@ -181,3 +181,11 @@ def test_a_policy_without_a_budget_refuses_one():
     assert paper.budget_per_hour is None
     with pytest.raises(UsageError, match=r"^the policy paper has no budget"):
         paper.within(1.0)
+
+
+@pytest.mark.parametrize("figure", [0.0, -1.0, float("inf"), float("nan"), "10"])
+def test_a_rate_and_a_budget_are_numbers_above_zero_that_end(figure):
+    policy = load_policy("default")
+    for ask in (policy.within, lambda rate: policy.resample(rate_hz=rate)):
+        with pytest.raises(UsageError, match="no number above zero"):
+            ask(figure)
