@@ -46,7 +46,7 @@ HOURS: Final = {0.1: 30.0, 1.0: 12.0, 10.0: 3.0}
 AT_ONCE: Final = 20_000  # samples
 PAUSE_S: Final = 30.0  # between generated flights: no alarm reaches across
 RUN_UP: Final = 200  # samples before a generated flight, to forget how the recursion began
-USE: Final = Use("majority", True)
+USE: Final = Use("majority", True, 0.0)
 
 
 def generated(noise: Noise, flights: int, rng: np.random.Generator) -> np.ndarray:

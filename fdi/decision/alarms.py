@@ -26,7 +26,7 @@ class Use:
 
     marking: Marking
     accuse: bool
-    mean_s: float = 0.0
+    mean_s: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -83,7 +83,7 @@ class Policy(Shown):
     differentiation: Differentiation
     decision: PredictedSpread | Rank
     marking: Marking
-    accuse: bool
+    accuse: bool = True
     copies: Literal["dropped", "kept"] = "dropped"
     latencies: Literal["estimated", "stated"] = "estimated"
     accuracies: Literal["reported", "stated"] = "reported"
@@ -205,8 +205,11 @@ def load_policy(name: str | Path) -> Policy:
 
 
 def _policy(spec: Any, digest: str) -> Policy:
-    tree: dict[str, Any] = spec.model_dump(exclude={"format", "calibration"})
-    decision, given = tree.pop("decision"), spec.calibration
+    given = spec.calibration
+    tree: dict[str, Any] = spec.model_dump(
+        exclude={"format", "description", "calibration"}, exclude_unset=True
+    )
+    decision = tree.pop("decision")
     if given is not None:
         if decision["method"] != "predicted_spread":
             raise ModelError("only predicted_spread takes a calibration", where=spec.name)
@@ -217,10 +220,11 @@ def _policy(spec: Any, digest: str) -> Policy:
     recipe, _ = DETECTORS[decision["method"]]
     return Policy(
         sha256=digest,
+        description=spec.description,
         sampling=Sampling(**tree.pop("sampling")),
         differentiation=Differentiation(**tree.pop("differentiation")),
         decision=recipe(**decision),
-        methods=tuple(tree.pop("methods")),
+        methods=tuple(tree.pop("methods", ())),
         calibration=given and _calibration(given),
         **tree,
     )

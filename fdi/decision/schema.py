@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from fdi.methods.table import METHODS
+
+ITS_OWN: Any = None
+"""What a file leaves out: the value that a stage takes knows what that is."""
 
 
 class _Entry(BaseModel):
@@ -25,51 +28,51 @@ MethodName = Annotated[str, AfterValidator(_known_method)]
 class SamplingEntry(_Entry):
     """How channels become columns on one grid."""
 
-    rate_hz: float | None = Field(default=None, gt=0, le=1000)
-    clock: Literal["best", "record"] = "best"
-    equal_stamps: Literal["last", "mean"] = "last"
-    extrapolate: bool = False
-    unwrap: bool = True
-    hold_discrete: bool = True
-    gap_factor: float = Field(default=3.0, gt=1, allow_inf_nan=True)
-    gap_min_s: float = Field(default=1.0, ge=0)
+    rate_hz: float | None = Field(default=ITS_OWN, gt=0, le=1000)
+    clock: Literal["best", "record"] = ITS_OWN
+    equal_stamps: Literal["last", "mean"] = ITS_OWN
+    extrapolate: bool = ITS_OWN
+    unwrap: bool = ITS_OWN
+    hold_discrete: bool = ITS_OWN
+    gap_factor: float = Field(default=ITS_OWN, gt=1, allow_inf_nan=True)
+    gap_min_s: float = Field(default=ITS_OWN, ge=0)
 
 
 class DifferentiationEntry(_Entry):
     """How derivatives are taken."""
 
-    method: Literal["local_line", "backward_from_zero"] = "local_line"
-    window_s: float = Field(default=1.0, gt=0)
-    imaginary: Literal["unknown", "real_part"] = "unknown"
+    method: Literal["local_line", "backward_from_zero"] = ITS_OWN
+    window_s: float = Field(default=ITS_OWN, gt=0)
+    imaginary: Literal["unknown", "real_part"] = ITS_OWN
 
 
 class PredictedSpreadEntry(_Entry):
     """Thresholds from stated accuracies."""
 
     method: Literal["predicted_spread"]
-    sigmas: float = Field(default=4.0, gt=0)
-    persistence_s: float = Field(default=1.5, ge=0)
-    least_samples: int = Field(default=3, ge=1)
-    least_factor: float = Field(default=0.3, gt=0, le=1)
-    most_factor: float = Field(default=4.0, ge=1)
-    reference_s: float = Field(default=20.0, gt=0)
-    block_s: float = Field(default=5.0, gt=0)
-    mean_s: float = Field(default=10.0, gt=0)
-    mean_least: float = Field(default=1.0, gt=0)
-    mean_most: float = Field(default=4.0, gt=0)
-    mean_levels: float = Field(default=5.0, gt=0)
-    scatter_most: float | None = Field(default=None, gt=1, lt=10)
-    budget_per_hour: float | None = Field(default=None, ge=0.01, le=100)
-    least_scale: float = Field(default=1.0, ge=0)
-    most_scale: float = Field(default=3.0, ge=1)
+    sigmas: float = Field(default=ITS_OWN, gt=0)
+    persistence_s: float = Field(default=ITS_OWN, ge=0)
+    least_samples: int = Field(default=ITS_OWN, ge=1)
+    least_factor: float = Field(default=ITS_OWN, gt=0, le=1)
+    most_factor: float = Field(default=ITS_OWN, ge=1)
+    reference_s: float = Field(default=ITS_OWN, gt=0)
+    block_s: float = Field(default=ITS_OWN, gt=0)
+    mean_s: float = Field(default=ITS_OWN, gt=0)
+    mean_least: float = Field(default=ITS_OWN, gt=0)
+    mean_most: float = Field(default=ITS_OWN, gt=0)
+    mean_levels: float = Field(default=ITS_OWN, gt=0)
+    scatter_most: float | None = Field(default=ITS_OWN, gt=1, lt=10)
+    budget_per_hour: float | None = Field(default=ITS_OWN, ge=0.01, le=100)
+    least_scale: float = Field(default=ITS_OWN, ge=0)
+    most_scale: float = Field(default=ITS_OWN, ge=1)
 
 
 class RankEntry(_Entry):
     """Thresholds by rank, as published."""
 
     method: Literal["rank"]
-    quantile: float = Field(default=0.97, gt=0, lt=1)
-    negligible: float = Field(default=2.2e-16, ge=0)
+    quantile: float = Field(default=ITS_OWN, gt=0, lt=1)
+    negligible: float = Field(default=ITS_OWN, ge=0)
 
 
 class LearnedEntry(_Entry):
@@ -110,11 +113,11 @@ class PolicyFile(_Entry):
     differentiation: DifferentiationEntry
     decision: Annotated[PredictedSpreadEntry | RankEntry, Field(discriminator="method")]
     marking: Literal["majority", "all_residuals"]
-    accuse: bool = True
-    copies: Literal["dropped", "kept"] = "dropped"
-    latencies: Literal["estimated", "stated"] = "estimated"
-    accuracies: Literal["reported", "stated"] = "reported"
-    commands: Literal["used", "left_out"] = "used"
-    integrate: bool = False
-    methods: list[MethodName] = []
+    accuse: bool = ITS_OWN
+    copies: Literal["dropped", "kept"] = ITS_OWN
+    latencies: Literal["estimated", "stated"] = ITS_OWN
+    accuracies: Literal["reported", "stated"] = ITS_OWN
+    commands: Literal["used", "left_out"] = ITS_OWN
+    integrate: bool = ITS_OWN
+    methods: list[MethodName] = ITS_OWN
     calibration: CalibrationEntry | None = None

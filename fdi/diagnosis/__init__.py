@@ -21,7 +21,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``agreement.py``: whether other methods accuse the same component
 - ``explain.py``: the evidence for a finding in words
 - ``clearing.py``: who is ruled out, and how small a fault would have shown
-- ``hitting.py``: which sets of faults explain all alarms, by structure alone
 - ``together.py``: who together explains all alarms, where one is not the whole answer
 - ``undecided.py``: who is neither accused nor cleared, who could not be tested
 - ``ending.py``: what was first where a flight ended badly
@@ -29,7 +28,6 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 """
 
 from fdi.diagnosis.answer import diagnose
-from fdi.diagnosis.hitting import diagnoses, minimal_hitting_sets
 from fdi.diagnosis.values import (
     Agreement,
     Consequence,
@@ -72,7 +70,5 @@ __all__ = [
     "Together",
     "WouldShow",
     "diagnose",
-    "diagnoses",
-    "minimal_hitting_sets",
     "runs",
 ]

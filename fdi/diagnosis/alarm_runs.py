@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.residuals import Residuals
@@ -39,27 +38,23 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
     enough to be one.
     """
     t = alarms.residuals.t
-    inside = (t >= start) & (t < end)
+    low, high = np.searchsorted(t, [start, end]).tolist()
     step = 1.0 / alarms.residuals.signals.rate_hz
     found = []
-    for row in np.flatnonzero(alarms.alarm.any(axis=1)):
-        mask = alarms.alarm[row] & inside
-        for first, stop in runs_of(mask):
-            delay = float(alarms.delay_s[row])
-            over = float(t[stop - 1]) + step
-            begin, whole = _whole(alarms.alarm[row], first, stop)
-            sure = np.flatnonzero(alarms.certain[row, begin:whole]) + begin - first
+    for row in np.flatnonzero(alarms.alarm[:, low:high].any(axis=1)).tolist():
+        delay = float(alarms.delay_s[row])
+        for begin, over in runs_of(alarms.alarm[row]):
+            first, stop = max(begin, low), min(over, high)
+            sure = np.flatnonzero(alarms.certain[row, begin:over])
             # of one that stands when the time begins, as much must be left as makes an alarm
-            if begin < first:
-                sure = sure[:1] + (first - begin)
-            if not len(sure) or (begin < first and sure[0] >= stop - first):
+            if first >= stop or not len(sure) or (begin < first and sure[0] >= stop - first):
                 continue
             known = float(t[first + sure[0]]) + delay
             # a centred window feels a change before it is in its middle
             onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
-            onset = max(onset - _lasted(alarms.residuals, int(row), int(first)), min(onset, start))
+            onset = max(onset - _lasted(alarms.residuals, row, first), min(onset, start))
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
-            found.append(Run(int(row), int(first), int(stop), onset, known, over, peak))
+            found.append(Run(row, first, stop, onset, known, float(t[stop - 1]) + step, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
 
 
@@ -76,11 +71,3 @@ def _lasted(residuals: Residuals, row: int, sample: int) -> float:
     columns = [residuals.signals.columns.get(m.channel) for m in shown if m is not None]
     counted = [float(column[sample]) for column in columns if column is not None]
     return max((seconds for seconds in counted if np.isfinite(seconds)), default=0.0)
-
-
-def _whole(alarm: NDArray[np.bool_], first: int, stop: int) -> tuple[int, int]:
-    """Return the bounds of the alarm that a part of it belongs to."""
-    quiet_before = np.flatnonzero(~alarm[:first])
-    quiet_after = np.flatnonzero(~alarm[stop:])
-    begin = int(quiet_before[-1]) + 1 if len(quiet_before) else 0
-    return begin, stop + (int(quiet_after[0]) if len(quiet_after) else len(alarm) - stop)

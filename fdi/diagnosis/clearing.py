@@ -168,12 +168,9 @@ def _bounds(alarms: Alarms, span: slice) -> Floats:
 
 def ended_well(alarms: Alarms) -> bool:
     """Return whether the last flight ended on the ground, and softly."""
-    ends = alarms.residuals.signals.ends
-    return bool(ends) and ends[-1].how in ("landed", "failsafe", "on_ground") and _landed(alarms)
-
-
-def _landed(alarms: Alarms) -> bool:
-    flights = alarms.residuals.signals.flights
+    ends, flights = alarms.residuals.signals.ends, alarms.residuals.signals.flights
+    if not ends or ends[-1].how not in ("landed", "failsafe", "on_ground"):
+        return False
     return not flights[-1].flew or flights[-1].landing is not None
 
 

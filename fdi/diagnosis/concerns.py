@@ -46,8 +46,6 @@ class Concerns:
         The equation left over: residuals that share it say nearly the same.
     supports : (r,) bool
         Residuals that support an accusation and accuse nobody by themselves.
-    stated : (r,) bool
-        Limits and equalities: the model itself says what they may reach.
     through : tuple of frozenset of str
         Of every residual the components with no parts that break whose output it reads: what
         disturbs them may show in it, whomever it concerns.
@@ -63,7 +61,6 @@ class Concerns:
     suspected: frozenset[str]
     residual: NDArray[np.intp]
     supports: NDArray[np.bool_]
-    stated: NDArray[np.bool_]
     through: tuple[frozenset[str], ...]
     narrow: NDArray[np.bool_]
 
@@ -109,10 +106,9 @@ def concerns(bank: Bank) -> Concerns:
     component = {fault.name: fault.component for fault in system.faults}
     suspected: set[str] = set()
     faults: list[tuple[str, ...]] = []
-    left = [system.equations[generator.residual] for generator in bank.generators]
-    stated = np.array([one.kind in (Kind.LIMIT, Kind.EQUALITY) for one in left], bool)
-    for generator, equation, is_stated in zip(bank.generators, left, stated, strict=True):
-        speaks = is_stated and equation.component is not None
+    for generator in bank.generators:
+        equation = system.equations[generator.residual]
+        speaks = equation.kind in (Kind.LIMIT, Kind.EQUALITY) and equation.component is not None
         own = [] if speaks else list(generator.faults)
         for number in generator.equations:
             used = system.equations[number]
@@ -135,7 +131,6 @@ def concerns(bank: Bank) -> Concerns:
             [any(system.equations[i].supports for i in one.equations) for one in bank.generators],
             bool,
         ),
-        stated,
         tuple(_through(generator, system) for generator in bank.generators),
         np.array([_is_narrow(generator, system) for generator in bank.generators], bool),
     )

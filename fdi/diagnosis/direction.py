@@ -99,8 +99,9 @@ class Scene:
     covariance : (k, k) float
     inflation : float
         By how much correlation over time widens variances.
-    late, never : (k,) bool
-        Rows that hold what the component disturbs, and those of them that never count.
+    late, rate : (k,) bool
+        Rows that hold what the component disturbs, and those with a derivative. A state is inert
+        and follows late, but its rate follows at once: rows that are both never count.
     end : float
         s; nothing later counts.
     """
@@ -116,7 +117,7 @@ class Scene:
     covariance: Floats
     inflation: float
     late: NDArray[np.bool_]
-    never: NDArray[np.bool_]
+    rate: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,7 +228,8 @@ def scene(alarms: Alarms, component: str, onset: float, start: float, end: float
         z[:, calm],
         covariance,
         inflation,
-        *_disturbed(bank, rows, component),
+        _disturbed(bank, rows, component),
+        _rate(bank, rows),
     )
 
 
@@ -246,20 +248,19 @@ def _joint(z: Floats, rate: float) -> tuple[Floats, float]:
     return covariance, (1.0 + memory) / (1.0 - memory)
 
 
-def _disturbed(
-    bank: Bank, rows: NDArray[np.intp], component: str
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which rows, (k,), hold a fault of what a component disturbs, and which never count.
+def _disturbed(bank: Bank, rows: NDArray[np.intp], component: str) -> NDArray[np.bool_]:
+    """Return which rows, (k,), hold a fault of what a component disturbs."""
+    names = set(bank.system.components[component].affects) - {component}
+    owner = {fault.name: fault.component for fault in bank.system.faults}
+    held = [{owner[name] for name in bank.generators[row].faults} for row in rows]
+    return np.array([not names.isdisjoint(own) for own in held], dtype=bool)
 
-    A state is inert and follows late, but its rate follows at once.
-    """
-    system = bank.system
-    names = set(system.components[component].affects) - {component}
-    owner = {fault.name: fault.component for fault in system.faults}
-    generators = [bank.generators[row] for row in rows]
-    late = [bool({owner[name] for name in g.faults} & names) for g in generators]
-    rate = [any(system.equations[e].differential for e in g.equations) for g in generators]
-    return np.array(late, dtype=bool), np.array(late, dtype=bool) & np.array(rate, dtype=bool)
+
+def _rate(bank: Bank, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which rows, (k,), take a derivative."""
+    equations = bank.system.equations
+    used = [bank.generators[row].equations for row in rows]
+    return np.array([any(equations[e].differential for e in own) for own in used], dtype=bool)
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,7 +366,7 @@ def _match(
     must explain the same samples.
     """
     t = where.piece.t
-    rows = np.flatnonzero((np.nan_to_num(direction) != 0.0).any(axis=1) & ~where.never)
+    rows = np.flatnonzero(np.nan_to_num(direction).any(axis=1) & ~(where.late & where.rate))
     first = where.onset + min(BEGAN_S["drift"])
     inside = (t >= first) & (t < min(where.onset + extent.length, where.end))
     inside &= np.abs(t - since - 0.5 * edge_s) >= edge_s

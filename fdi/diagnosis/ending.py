@@ -8,6 +8,7 @@ before the end where it never was: events, commands, tests that left health, ala
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -60,12 +61,8 @@ def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     for one in sorted(found, key=lambda one: (one.at, one.kind, one.text)):
         known = told.get(one.text)
         if known is None or (known.kind == "trigger" and one.kind == "alarm"):
-            told[one.text] = one if known is None else First(known.at, "alarm", *_rest(one))
+            told[one.text] = one if known is None else replace(one, at=known.at)
     return tuple(sorted(told.values(), key=lambda one: (one.at, one.kind, one.text)))
-
-
-def _rest(one: First) -> tuple[str, str | None]:
-    return one.text, one.component
 
 
 def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:

@@ -43,9 +43,7 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
         ),
     )
     rows = list(dict.fromkeys(run.row for run in cause.runs))
-    channels = dict.fromkeys(
-        channel for row in rows for channel in channels_of(bank, bank.generators[row])
-    )
+    channels = dict.fromkeys(str(c) for row in rows for c in bank.channels(bank.generators[row]))
     more = len(rows) - 1
     tail = f"; {more} more test{'s' if more > 1 else ''} agree{'s' if more == 1 else ''}"
     return Evidence(
@@ -251,11 +249,6 @@ def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[s
             channel = without_over(str(measurement.channel))
             found[measurement.trusted][channel] = None
     return tuple(found[0]), tuple(found[1])
-
-
-def channels_of(bank: Bank, generator: Generator) -> tuple[str, ...]:
-    """Return the channels that a generator reads, by name."""
-    return tuple(str(channel) for channel in bank.channels(generator))
 
 
 def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:

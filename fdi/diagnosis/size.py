@@ -183,13 +183,9 @@ def _size(best: Fit, against: tuple[str, ...], where: Scene) -> Size:
 def _shown(best: Fit, where: Scene) -> tuple[float | None, str]:
     """Return what the size is in the residual that it moves most, if that has another unit."""
     system = where.bank.system
-    generators = [where.bank.generators[row] for row in where.rows]
-    rate = np.array(
-        [any(system.equations[e].differential for e in g.equations) for g in generators]
-    )
-    moved = np.where(np.isfinite(best.moved) & ~rate[:, None], best.moved, 0.0)
+    moved = np.where(np.isfinite(best.moved) & ~where.rate[:, None], best.moved, 0.0)
     telling = int(np.argmax((moved**2).sum(axis=1)))
-    unit = system.equations[generators[telling].residual].unit
+    unit = system.equations[where.bank.generators[where.rows[telling]].residual].unit
     own = np.flatnonzero(moved[telling])
     if best.hypothesis.shape == "drift":
         own = own[where.piece.t[own] > best.since]

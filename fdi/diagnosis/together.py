@@ -1,20 +1,20 @@
 """Which components together explain every alarm of a flight, where one is not the whole answer?
 
 In: what the tests did in every flight, who is accused, and what follows from that. Out: the minimal
-diagnoses of one and of two components (``hitting.py``) by structure alone: the conflicts are the
-components that each alarming test concerns. Alarms that follow from an accused component are no
-conflicts. Nothing is told where nobody or one component is accused and one explains all.
+diagnoses of one and of two components (``fdi.structure.hitting``): the conflicts are the components
+that each alarming test concerns. Alarms that follow from an accused component are no conflicts.
+Nothing is told where nobody or one component is accused and one explains all.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fdi.diagnosis.hitting import minimal_hitting_sets
 from fdi.diagnosis.hypotheses import Inquiry
 from fdi.diagnosis.naming import Cause, Effect
 from fdi.diagnosis.values import Together
 from fdi.structure import members
+from fdi.structure.hitting import minimal_hitting_sets
 
 MOST = 2
 """Components that may have failed together: three of thirty are 4,060 sets that tell nothing."""

@@ -28,6 +28,7 @@ Nothing here knows of logs, flights, units or the text of an equation.
 - ``placement.py``: minimal sets of added sensors
 - ``additions.py``: minimal sets of whatever can be added
 - ``cheapest.py``: the cheapest of them, by an integer program
+- ``hitting.py``: which sets of faults explain all tests in alarm
 - ``explain.py``: why faults cannot be told apart, and what would separate them
 - ``computation.py``: what can be computed from what, where not every entry can be solved along
 - ``sequence.py``, ``loops.py``: valid sequences of a set, and what stands against the others

@@ -14,7 +14,7 @@ from .build import DEFAULT, RATE, residuals
 
 RECIPE = replace(DEFAULT.decision, budget_per_hour=None)
 SUDDEN = replace(RECIPE, mean_least=1e9, mean_most=1e9)
-USE = Use("majority", True)
+USE = Use("majority", True, 0.0)
 SIZE = 1200
 
 

@@ -9,6 +9,8 @@ from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
 from fdi.decision.policy import FOLDER, shipped_policies
 from fdi.diagnosis.marking import MARKINGS
 from fdi.errors import ModelError, UsageError
+from fdi.residuals import Differentiation
+from fdi.telemetry import Sampling
 
 RIGHT = (FOLDER / "default.yaml").read_text(encoding="utf-8")
 
@@ -50,13 +52,16 @@ def test_policy_of_a_file_is_read_like_a_shipped_one(tmp_path):
 
 
 def test_what_a_file_leaves_out_is_what_the_value_has_by_itself(tmp_path):
-    """The numbers stand in two places: the shape of the file and the recipe that a stage takes."""
     for name, recipe in (("default", PredictedSpread()), ("paper", Rank())):
-        text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
-        head, _, rest = text.partition("decision:\n")
-        kept = "".join(line for line in rest.splitlines(True) if not line.startswith("  "))
-        bare = f"{head}decision:\n  method: {recipe.method}\n{kept}"
-        assert load_policy(written(tmp_path, bare)).decision == recipe
+        bare = (
+            f"format: 1\nname: {name}\ntests: mtes\nsampling: {{}}\ndifferentiation: {{}}\n"
+            f"decision: {{method: {recipe.method}}}\nmarking: majority\n"
+        )
+        found = load_policy(written(tmp_path, bare))
+        assert found.decision == recipe
+        assert (found.sampling, found.differentiation) == (Sampling(), Differentiation())
+        assert (found.accuse, found.copies, found.methods) == (True, "dropped", ())
+        assert found.description == ""
     assert PredictedSpread().sigmas == 4.0
     assert Rank().quantile == 0.97  # as published
 
@@ -176,3 +181,11 @@ def test_a_policy_without_a_budget_refuses_one():
     assert paper.budget_per_hour is None
     with pytest.raises(UsageError, match=r"^the policy paper has no budget"):
         paper.within(1.0)
+
+
+@pytest.mark.parametrize("figure", [0.0, -1.0, float("inf"), float("nan"), "10"])
+def test_a_rate_and_a_budget_are_numbers_above_zero_that_end(figure):
+    policy = load_policy("default")
+    for ask in (policy.within, lambda rate: policy.resample(rate_hz=rate)):
+        with pytest.raises(UsageError, match="no number above zero"):
+            ask(figure)

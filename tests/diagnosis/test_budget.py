@@ -20,7 +20,7 @@ LENGTH = round(150 * RATE)
 HOURS = 3.0
 DEFAULT = load_policy("default")
 RECIPE = DEFAULT.decision
-USE = Use("majority", True)
+USE = Use("majority", True, 0.0)
 BANK = bank_of(
     model({"gps": ["a", "b"], "compass": ["a", "c"], "barometer": ["b", "c"], "pitot": ["c"]})
 )
@@ -100,6 +100,10 @@ def test_default_raises_thresholds_for_its_budget_and_never_lowers_them():
     loud = flight(5.0 * slow(np.random.default_rng(1), len(BANK.generators), LENGTH, 0.95))
     raised = DEFAULT.decide(loud)
     assert 1.0 <= raised.scale <= RECIPE.most_scale
+    fixed = replace(DEFAULT, decision=replace(RECIPE, least_scale=2.0, most_scale=2.0))
+    doubled, plain = fixed.decide(loud), judge(loud, learn(loud, RECIPE), RECIPE, USE)
+    assert doubled.scale == 2.0
+    assert doubled.threshold == pytest.approx(2.0 * plain.threshold)
     asked = DEFAULT.within(10.0).decide(flight(0.1 * values))
     assert asked.scale < 1.0
 

@@ -89,7 +89,6 @@ def test_a_test_concerns_its_faults_or_whom_it_states_something_of():
     assert WHOM.of(REJECTED) == {"estimator", "gps"}
     assert WHOM.held_by(REJECTED) == {"estimator"}
     assert WHOM.of(OVERLOAD) == WHOM.held_by(OVERLOAD) == {"estimator"}
-    assert [bool(WHOM.stated[place]) for place in (PAIR, REJECTED)] == [False, True]
 
 
 def test_only_what_is_marked_so_supports():

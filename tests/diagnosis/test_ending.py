@@ -70,10 +70,10 @@ def test_what_was_first_stands_in_the_order_of_time():
         Event(95.0, "failsafe", "after the end"),
     ]
     (ending,) = answer({SKY: [(83, 85)]}, events=events).endings
-    assert [(one.at, one.kind) for one in ending.first] == [
-        (82.0, "command"),
-        (83.0, "alarm"),
-        (84.0, "event"),
+    assert [(one.at, one.kind, one.component) for one in ending.first] == [
+        (82.0, "command", None),
+        (83.0, "alarm", "sun"),
+        (84.0, "event", None),
     ]
 
 

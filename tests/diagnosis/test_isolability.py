@@ -21,6 +21,7 @@ def test_two_sensors_of_one_quantity_are_one_group_and_a_lone_one_is_not_seen():
     for found in (implementable_isolability(bank), structural_isolability(bank.system)):
         assert found.detectable.tolist() == [True, True, False]
         assert found.groups == (("GPS.x", "BARO.x"),)
+        assert "<td>1</td><td>GPS.x, BARO.x</td>" in found._repr_html_()
         assert found.matrix[0].tolist() == [False, False, True]
         assert not found.matrix[2].any()
 

@@ -1,6 +1,9 @@
 """Who together explains all alarms: told where one component is not the whole answer."""
 
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.hypotheses import inquire
+from fdi.diagnosis.naming import Cause
+from fdi.diagnosis.together import together
 
 from .build import alarms_of
 from .test_naming import BANK, pairs
@@ -22,6 +25,18 @@ def test_two_failed_components_are_the_only_minimal_diagnosis():
     assert found.flight == 0
     assert found.tests == len(raised)
     assert found.diagnoses == (("gps", "compass"),)
+
+
+def test_two_that_are_accused_are_told_though_one_would_explain_all():
+    """The second began long after the first: nothing says that these are one failure."""
+    inquiries = inquire(alarms_of(BANK, pairs("gps", "x", (40, 60)), peak=20.0))
+    first, second = (
+        Cause(0, name, inquiries[0].runs[0], inquiries[0].runs, 0.9, (), ())
+        for name in ("gps", "compass")
+    )
+    assert not list(together(inquiries, [first], []))
+    (found,) = together(inquiries, [first, second], [])
+    assert found.diagnoses[0] == ("gps",)
 
 
 def test_where_it_takes_three_no_set_of_two_is_told():

@@ -108,6 +108,8 @@ def test_depth_and_size_have_bounds_and_need_no_recursion():
         [{"text": "AUTO"}],
         [{"text": "AUTO"}, "mode", ["==", 2]],
         ["x; y"],
+        [*["x", 1.0, ["<", 2]] * 1001, ["and", 1001]],
+        [*["x", 1.0, ["<", 2]] * 1001, ["or", 1001]],
         [True],
     ],
 )

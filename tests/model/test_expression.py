@@ -93,6 +93,7 @@ HOSTILE = {
     "-" * 1_900 + "x": "nested deeper",
     "- " * 900 + "x": "nested deeper",
     "not " * 400 + "x": "nested deeper",
+    "not not not (x > 1 or " * 45 + "x > 1" + ")" * 45: "terms",
     "**".join(["x"] * 600): "powers",
     "x<" * 900 + "x": "terms",
 }

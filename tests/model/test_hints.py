@@ -6,7 +6,7 @@ from fdi.model import load_airframe
 from fdi.model.hints import recorded_as, setting_of, would_test
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.placement import place
-from fdi.telemetry import read
+from fdi.telemetry import Channel, read
 from fdi.telemetry.catalogue import data_table
 from tests.flights import EXAMPLES, SHARED
 
@@ -158,6 +158,15 @@ def test_what_a_log_lacks_is_told_in_messages_and_parts(flight):
     names = [name for name in (*airframe.variables, *airframe.parameters) if "_" in name]
     assert not [line for line in lines for name in names if f" {name}" in line]
     assert len(lines) <= 4
+
+
+def test_of_two_units_that_are_lacking_none_is_told_as_the_other():
+    """A test that either of them would serve: it is not the second one that is not there."""
+    airframe = load_airframe("quadcopter")
+    either = frozenset(Channel.parse(f"SCALED_IMU{unit}.xmag") for unit in (2, 3))
+    statement = next(e for e in airframe.equations if e.component == "compass")
+    (line,) = lacking_words([Fallen(either, (statement,))], airframe.components, None)
+    assert line.startswith("no SCALED_IMU2 or SCALED_IMU3 in this log (xmag): 1 test")
 
 
 def test_fields_that_a_message_has_not_are_told_as_its_own():

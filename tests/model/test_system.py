@@ -5,7 +5,9 @@ import pytest
 
 from fdi.errors import LogError, ModelError
 from fdi.model import load_airframe
-from fdi.model.parts import Kind
+from fdi.model.expression import parse
+from fdi.model.parts import Kind, Measurement, read_by
+from fdi.telemetry import Channel
 
 MODEL = """format: 1
 name: cart
@@ -216,3 +218,11 @@ def test_structure_without_limits_keeps_the_rest_as_it_is(airframe):
 
 def test_published_notation_names_a_message_by_its_number(airframe):
     assert "VFR_HUD.airspeed" in names(airframe.observe())
+
+
+def test_by_what_a_message_reports_its_accuracy_is_read_only_where_asked_for():
+    gps = Channel.parse("GPS.vel")
+    shown = Measurement(gps, "v", "gps", "sensor", reported=parse("vel_acc"))
+    assert read_by(shown, ()) == (gps,)
+    assert read_by(shown, (), accuracy=True) == (gps, Channel.parse("GPS.vel_acc"))
+    assert read_by(shown, ("vel_acc",), accuracy=True) == (gps,)

@@ -59,6 +59,9 @@ def test_a_report_widens_the_spread_of_every_residual_that_uses_the_channel(tmp_
     assert reported_accuracies(bank.system, silent) == ()
     (one,) = reported_accuracies(bank.system, poor)
     assert (one.stated, one.reported, one.used, one.bounded) == (0.3, 0.6, 0.6, 0.0)
+    briefly = replace(plain.signals, accuracy={vel: np.where(np.arange(50) == 30, 0.9, 0.6)})
+    (one,) = reported_accuracies(bank.system, briefly)
+    assert (one.reported, one.worst) == (0.6, 0.9)
 
 
 def test_what_records_do_not_tell_adds_to_the_accuracy_without_bounds(tmp_path):

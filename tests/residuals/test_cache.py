@@ -99,6 +99,7 @@ CHANGES = {
     "a word as a number": lambda t: _residual(t).__setitem__(3, [[{"text": "x"}, ["sin", 1]]]),
     "too deep": lambda t: _residual(t).__setitem__(3, [[1.0] + [["-", 1]] * 1000]),
     "too long": lambda t: _residual(t).__setitem__(3, [[1.0] * 30_000]),
+    "a node that reads a residual": lambda t: _after_a_residual(t)[4].__setitem__(0, _of_it(t)),
     "generator without node": lambda t: t[1][0].__setitem__(3, 99_999),
     "generator of another id": lambda t: t[1][0].__setitem__(0, "<b>"),
     "unknown fault": lambda t: t[1][0].__setitem__(2, ["nobody"]),
@@ -110,6 +111,17 @@ CHANGES = {
 
 def _residual(tree):
     return next(node for node in tree[0] if node[0] == "residual")
+
+
+def _after_a_residual(tree):
+    """The first node behind a residual that has arguments."""
+    behind = tree[0][tree[0].index(_residual(tree)) + 1 :]
+    return next(node for node in behind if node[4])
+
+
+def _of_it(tree):
+    """The first argument of that node, read from the residual instead."""
+    return [_after_a_residual(tree)[4][0][0], tree[0].index(_residual(tree))]
 
 
 @pytest.mark.parametrize("name", CHANGES)

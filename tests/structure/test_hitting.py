@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fdi.diagnosis import diagnoses, minimal_hitting_sets
 from fdi.errors import UsageError
 from fdi.structure import bitset
+from fdi.structure.hitting import diagnoses, minimal_hitting_sets
 
 
 def brute_force(conflicts, n, most):

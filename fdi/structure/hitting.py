@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fdi.errors import UsageError
+from fdi.structure.incidence import bitset, members
 
 
 def minimal_hitting_sets(conflicts: Iterable[int], *, most: int = 2) -> Iterator[int]:
@@ -60,7 +61,7 @@ def minimal_hitting_sets(conflicts: Iterable[int], *, most: int = 2) -> Iterator
             needed.append(conflict)
     for size in range(most + 1):
         found = {chosen for chosen in _hitting(needed, size, 0, 0) if _is_minimal(chosen, needed)}
-        yield from sorted(found, key=_elements)
+        yield from sorted(found, key=members)
 
 
 def diagnoses(
@@ -104,8 +105,8 @@ def diagnoses(
             f"signatures have shape {signatures.shape} and alarms {alarms.shape}: "
             "(tests, faults) and (tests,) are needed"
         )
-    conflicts = [sum(1 << int(j) for j in np.flatnonzero(row)) for row in signatures[alarms]]
-    return tuple(_elements(found) for found in minimal_hitting_sets(conflicts, most=most))
+    conflicts = [bitset(np.flatnonzero(row).tolist()) for row in signatures[alarms]]
+    return tuple(members(found) for found in minimal_hitting_sets(conflicts, most=most))
 
 
 def _hitting(conflicts: Sequence[int], size: int, chosen: int, barred: int) -> Iterator[int]:
@@ -136,11 +137,3 @@ def _is_minimal(chosen: int, conflicts: Sequence[int]) -> bool:
         if not shared & (shared - 1):
             alone |= shared
     return alone == chosen
-
-
-def _elements(bits: int) -> tuple[int, ...]:
-    found = []
-    while bits:
-        found.append((bits & -bits).bit_length() - 1)
-        bits &= bits - 1
-    return tuple(found)
