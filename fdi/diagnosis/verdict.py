@@ -164,11 +164,15 @@ def _end_words(end: FlightEnd) -> str:
         speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
         lost = ""
         if end.lost_control is not None and end.at - end.lost_control >= 0.1:
-            what = "all motors stopped" if end.lost_by == "stop" else "control was lost"
+            what = "all motors were told to stop" if end.lost_by == "stop" else "control was lost"
             lost = f", {end.at - end.lost_control:.1f} s after {what}"
         return f"Hit the ground{speed} {clock}{lost}"
     if end.lost_control is not None:
-        what = "All motors stopped in the air" if end.lost_by == "stop" else "Control was lost"
+        what = (
+            "All motors were told to stop in the air"
+            if end.lost_by == "stop"
+            else "Control was lost"
+        )
         return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
     return f"The log ends in the air {clock}" if end.how == "in_air" else f"Landed {clock}"
 
