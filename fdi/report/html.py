@@ -67,7 +67,7 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         script=Markup(script()),
         data=Markup(json_for_page(page.data)),
         ended=ending_words(last := _last(analysis)),
-        signs=first_signs(last),
+        signs=first_signs(last, analysis),
         states=[(name, words) for name, words in STATES.items() if name in states.values()],
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),

@@ -8,14 +8,15 @@ are the diagnosis' own (`fdi.diagnosis.others`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
 from fdi.diagnosis.concerns import Concerns
-from fdi.diagnosis.plain import alarm_clause
+from fdi.diagnosis.ending import led_to, went_wrong
+from fdi.diagnosis.plain import alarm_clause, alarm_words
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
 from fdi.report.words import at, per_cent
@@ -32,7 +33,7 @@ _SAYS: Final = ("alarm", "event", "trigger", "command")
 _HOW: Final = {
     "landed": "It landed.",
     "in_air": "The log ends in the air.",
-    "failsafe": "After a failsafe that the autopilot reports.",
+    "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",
     "control_lost": "Out of control; the log ends before it hits anything.",
 }
@@ -77,7 +78,7 @@ def ending_words(ending: Ending | None) -> str:
         said = _HOW[end.how]
     if end.lost_control is not None:
         before = end.at - end.lost_control
-        what = "All motors stopped" if end.lost_by == "stop" else "Control was lost"
+        what = "All motors were told to stop" if end.lost_by == "stop" else "Control was lost"
         said += f" {what} {before:.1f} s before (log {at(end.lost_control)} s)."
     return said
 
@@ -183,12 +184,35 @@ def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:
     return " ".join([f"{told}.", *(f"{side}: {'; '.join(said)}." for side, said in terms if said)])
 
 
-def first_signs(ending: Ending | None) -> list[First]:
-    """Return what happened first in the seconds before a flight went wrong, `MOST_SIGNS` at most.
+def first_signs(ending: Ending | None, analysis: Analysis) -> list[First]:
+    """Return what happened first before a flight went wrong, `MOST_SIGNS` at most.
 
-    Alarms and what the autopilot reports go before what passed, and before what somebody asked for.
+    What the last seconds show (`Ending.first`), and what somebody is accused of since longer. What
+    concerns the accused goes before all else; then alarms and what the autopilot reports, then what
+    passed, then what somebody asked for.
     """
     if ending is None or not ending.end.is_bad:
         return []
-    order = sorted(ending.first, key=lambda one: (_SAYS.index(one.kind), one.at))
+    end = ending.end
+    accused = [one for one in analysis.findings if led_to(end, one.flight, one.end)]
+    told = {one.text: one for one in ending.first}
+    for sign in (_sign(one, analysis) for one in accused if one.onset <= went_wrong(end)):
+        if sign is not None:
+            known = told.get(sign.text, sign)
+            told[sign.text] = replace(known, at=min(known.at, sign.at))
+    whom = {one.component for one in accused}
+    order = sorted(
+        told.values(), key=lambda o: (o.component not in whom, _SAYS.index(o.kind), o.at)
+    )
     return sorted(order[:MOST_SIGNS], key=lambda one: one.at)
+
+
+def _sign(finding: Finding, analysis: Analysis) -> First | None:
+    """Return what a finding rests on as a first sign, None where no test of the bank tells it."""
+    by_id = {generator.id: generator for generator in analysis.bank.generators}
+    tests = (finding.evidence.telling, *finding.evidence.residuals)
+    known = next((by_id[name] for name in tests if name in by_id), None)
+    if known is None:
+        return None
+    text = alarm_words(finding.component, known, analysis.system)
+    return First(finding.onset, "alarm", text, finding.component)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fdi.diagnosis import Ending, Other, RuledOut
+from fdi.diagnosis import Ending, First, Other, RuledOut
 from fdi.diagnosis.concerns import concerns
 from fdi.model.parts import Component
 from fdi.report.html import html_report
@@ -22,7 +22,7 @@ from fdi.report.page.marks import marks, modes
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
 from fdi.report.page.sides import Parts, residual_of
-from fdi.report.page.suspects import behind, ending_words, rest, suspects
+from fdi.report.page.suspects import behind, ending_words, first_signs, rest, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
@@ -122,7 +122,7 @@ def test_why_it_was_nobody_else_is_told_of_alarms_first_and_not_of_who_is_told_a
     others = (
         Other("barometer", 41.0, ("a",)),
         Other("gyroscope", 43.0, ("b", "c")),
-        Other("compass", None, ("its only test was quiet",)),
+        Other("compass", None, ("the only test of its own was quiet",)),
         Other("battery", None, ()),
     )
     finding = replace(
@@ -163,6 +163,33 @@ def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analys
     (suspect,) = suspects(finding, analysis, concerns(analysis.bank))
     assert suspect.name == "no part at all"
     assert suspect.share == pytest.approx(0.4)
+
+
+def test_the_first_signs_hold_what_somebody_is_accused_of_however_early(
+    analysis: Analysis,
+) -> None:
+    """It began long before the seconds that an ending looks at, and others fill these."""
+    (finding,) = analysis.findings
+    own = First(56.0, "alarm", "GPS receiver shows another height", "gps")
+    late = [First(55.0 + i, "alarm", f"sign {i}", "compass") for i in range(9)]
+    end = FlightEnd(finding.flight, "impact", 65.0)
+    signs = first_signs(Ending(end, (own, *late)), analysis)
+    assert len(signs) == 5
+    assert (signs[0].at, signs[0].component) == (finding.onset, "gps")
+    assert own in signs
+    assert first_signs(Ending(replace(end, how="landed"), ()), analysis) == []
+
+
+def test_what_somebody_is_accused_of_is_told_once_from_its_onset_on(analysis: Analysis) -> None:
+    (finding,) = analysis.findings
+    end = FlightEnd(finding.flight, "impact", 65.0)
+    (sign,) = first_signs(Ending(end), analysis)
+    later = replace(sign, at=58.0, kind="trigger")
+    (again,) = first_signs(Ending(end, (later,)), analysis)
+    assert (again.at, again.kind) == (finding.onset, "trigger")
+    healed = replace(finding, end=50.0)
+    diagnosis = replace(analysis.diagnosis, findings=(healed,))
+    assert first_signs(Ending(end), replace(analysis, diagnosis=diagnosis)) == []
 
 
 def test_how_it_ended_is_told() -> None:
