@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fdi.diagnosis import Ending, First, Other, RuledOut
+from fdi.diagnosis import Ending, Evidence, First, Other, RuledOut
 from fdi.diagnosis.concerns import concerns
 from fdi.model.parts import Component
 from fdi.report.html import html_report
@@ -18,17 +18,17 @@ from fdi.report.page.channels import held_channels
 from fdi.report.page.document import page_of
 from fdi.report.page.drawing import grid_svg, panel_svg
 from fdi.report.page.evidence import Court
-from fdi.report.page.marks import marks, modes
+from fdi.report.page.marks import grid_rows, marks, modes
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
-from fdi.report.page.sides import Parts, residual_of
+from fdi.report.page.sides import Parts, Side, residual_of
 from fdi.report.page.suspects import behind, ending_words, first_signs, rest, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
 from fdi.telemetry.ends import FlightEnd
 
-from ..build import NOTHING, small_analysis, small_log
+from ..build import MODEL, NOTHING, message, small_analysis, small_log
 
 MOST_BYTES = 6_000_000
 
@@ -40,6 +40,30 @@ def test_the_evidence_shows_the_accused_components_own_channel_first(analysis: A
     channels = [panel for panel in case.tests[0].panels if "recorded" in panel.curves[0].label]
     own = [panel for panel in channels if panel.title.startswith("GPS_RAW_INT.alt (")]
     assert own
+
+
+def test_a_channel_is_shown_beside_those_that_differ_by_a_number(tmp_path: Path) -> None:
+    """Of one of several the others say whether it is unlike them; its own curve lies above."""
+    log = small_log()
+    alt = {f"alt_{i}": log.channel("GPS_RAW_INT.alt").value for i in (1, 2)}
+    twins = message("HEIGHTS", alt | {"other": alt["alt_1"]}, log["GPS_RAW_INT"].t)
+    field = "{variable: altitude, accuracy: 1 m}"
+    model = MODEL.replace("GPS_RAW_INT:", "HEIGHTS:").replace(
+        f"alt: {field}\n  VFR_HUD", f"alt_1: {field}\n      alt_2: {field}\n  VFR_HUD"
+    )
+    found = small_analysis(tmp_path, log.with_message(twins), model)
+    row = next(
+        g
+        for g in found.bank.generators
+        if {str(c) for c in found.bank.channels(g)} == {"HEIGHTS.alt_1", "HEIGHTS.alt_2"}
+    )
+    (finding,) = found.findings
+    finding = replace(finding, evidence=Evidence("", (row.id,), ("HEIGHTS.alt_1",)))
+    case = Court(found).of_finding(finding)
+    assert case is not None
+    (panel,) = [p for p in case.tests[0].panels if p.title.startswith("HEIGHTS.alt_1")]
+    assert [curve.label for curve in panel.curves][:2] == ["alt_2", "recorded"]
+    assert panel.curves[0].channel == "HEIGHTS.alt_2"
 
 
 def test_a_channel_is_predicted_as_what_would_make_the_test_agree(analysis: Analysis) -> None:
@@ -56,6 +80,17 @@ def test_a_channel_is_predicted_as_what_would_make_the_test_agree(analysis: Anal
     off = recorded.value - predicted.value
     assert np.nanmedian(off[(recorded.t > 42) & (recorded.t < 58)]) == pytest.approx(40, abs=1.5)
     assert np.nanmedian(off[(recorded.t > 15) & (recorded.t < 38)]) == pytest.approx(0, abs=1.5)
+
+
+def test_a_plot_of_a_statement_says_in_words_what_it_is_about(analysis: Analysis) -> None:
+    system = analysis.system
+    altitude = replace(system.variables["altitude"], description="height above the sea")
+    known = replace(system, variables={**system.variables, "altitude": altitude})
+    about = Court(replace(analysis, system=known))._about
+    assert about([Side("altitude", np.zeros(1)), Side("lowest", np.zeros(1), is_bound=True)]) == (
+        "height above the sea; stated: "
+    )
+    assert about([Side("altitude - 3", np.zeros(1))]) == "what is stated, "
 
 
 def test_the_threshold_that_is_shown_is_the_one_that_was_used(analysis: Analysis) -> None:
@@ -287,9 +322,17 @@ def test_what_plots_need_is_thinned_too_where_there_is_no_room(analysis: Analysi
     assert (shown.min(), shown.max()) == pytest.approx((values.min(), values.max()), rel=1e-6)
 
 
+def test_the_grid_says_which_faults_are_of_the_accused(analysis: Analysis) -> None:
+    """The colours are those of subsystems: red among them accuses nobody."""
+    rows = grid_rows(analysis)
+    assert {row["component"] for row in rows if row["accused"]} == {"gps"}
+    drawn = grid_svg(rows, (0.0, 90.0))
+    assert drawn.count(", accused<") == sum(row["accused"] for row in rows)
+
+
 def test_bars_of_the_grid_stand_at_their_time_on_the_axis_of_the_plots() -> None:
     t = np.array([0.0, 5.0, 10.0])
-    row = {"fault": "gps.drift", "group": "sensor", "on": [[5.0, 10.0]], "off": []}
+    row = {"fault": "gps.drift", "group": "sensor", "accused": False} | {"on": [[5, 10]], "off": []}
     panel = Panel("height", "m", (Curve("flown", t, t),))
     (bar,) = re.findall(r'class="bar g-sensor" d="M([0-9.]+) ', grid_svg([row], (0.0, 10.0)))
     assert f"L{bar} " in panel_svg(panel, (0.0, 10.0))  # of the middle sample
