@@ -107,9 +107,13 @@ def sentence(run: Run, alarms: Alarms) -> str:
             f"{times:.2g} times as much as at first {when}, {alarms.scatter_most:g} times is "
             "within health"
         )
+    off = f"by up to {amount}{lasting} {when}, {bound} is within health"
+    about = _about(equation, bank)
+    if about:
+        return f"{about}: off {off} ({names})"
     several = len(sensors or inputs) > 1
     agree = f"{'do' if several else 'does'} not agree: off" if several or against else "is off"
-    return f"{names}{against} {agree} by up to {amount}{lasting} {when}, {bound} is within health"
+    return f"{names}{against} {agree} {off}"
 
 
 def listed(names: Sequence[str]) -> str:
@@ -239,6 +243,14 @@ def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float | None, f
     if found is None or len(bounds) < len(pairs):
         return None
     return found, bounds.get(-1), bounds.get(1)
+
+
+def _about(equation: SystemEquation, bank: Bank) -> str:
+    """Return in words which quantity an equation states to be a number, "" where it states more."""
+    match equation.left, equation.right:
+        case Symbol(name), right if not symbols(right) and name in bank.system.variables:
+            return bank.system.variables[name].description
+    return ""
 
 
 def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -61,6 +61,7 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
     return environment.get_template("report.html.j2").render(
         document=analysis_document(analysis) if document is None else document,
         page=page,
+        frame=analysis.log.frame,
         csp=policy(),
         style=Markup(style()),
         plotting=Markup(script(PLOTTING)),

@@ -77,6 +77,19 @@ def test_cross_check_names_both_sensors_and_what_is_within_health():
     assert found.channels == ("GPS.x", "BARO.x")
 
 
+def test_what_should_be_a_number_is_told_by_what_it_is():
+    """ "OUTPUTS.elevator is off by up to 0.8" says neither of what that is a share nor from where."""
+    stated = "equations:\n  at_rest: {text: x = 0, component: gps, says: is kept off}\n"
+    text = model({"gps": ["x"]}, more=stated)
+    told = text.replace("x: {unit: m}", "x: {unit: m, description: way from the middle}")
+    bank = bank_of(told, "cross_checks")
+    assert evidence(bank, limit_row(bank, "at_rest")).text == (
+        f"way from the middle: off by up to 6 m {WHEN}, 2 m is within health (GPS.x)"
+    )
+    bank = bank_of(text, "cross_checks")
+    assert evidence(bank, limit_row(bank, "at_rest")).text.startswith("GPS.x is off by up to 6 m")
+
+
 def test_other_alarms_of_the_cause_are_counted():
     bank = bank_of(model({name: ["x"] for name in ("gps", "baro", "radar", "sun")}))
     others = ("BARO.x", "RADAR.x", "SUN.x")

@@ -244,6 +244,15 @@ def test_a_quadcopter_is_drawn_with_its_motors_where_they_are(analysis: Analysis
     assert drawn.count("<circle") == 4
 
 
+def test_a_winged_vehicle_whose_motors_are_not_known_is_drawn_with_wings(
+    analysis: Analysis,
+) -> None:
+    for vehicle, wings in (("vtol", 1), ("plane", 1), ("rover", 0)):
+        log = replace(analysis.log, vehicle=vehicle, parameters={})
+        drawn = airframe_svg(replace(analysis, log=log))
+        assert drawn.count('<path class="hull"') == wings
+
+
 @pytest.mark.parametrize("frame_class", [4.0, 5.0])
 def test_motors_on_one_arm_do_not_cover_each_other(analysis: Analysis, frame_class: float) -> None:
     frame = {"FRAME_CLASS": frame_class, "FRAME_TYPE": 1.0}
