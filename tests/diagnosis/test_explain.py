@@ -78,7 +78,7 @@ def test_cross_check_names_both_sensors_and_what_is_within_health():
 
 
 def test_what_should_be_a_number_is_told_by_what_it_is():
-    """ "OUTPUTS.elevator is off by up to 0.8" says neither of what that is a share nor from where."""
+    """The name of a channel says neither of what that is a share nor from where."""
     stated = "equations:\n  at_rest: {text: x = 0, component: gps, says: is kept off}\n"
     text = model({"gps": ["x"]}, more=stated)
     told = text.replace("x: {unit: m}", "x: {unit: m, description: way from the middle}")
