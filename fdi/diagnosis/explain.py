@@ -110,7 +110,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
     off = f"by up to {amount}{lasting} {when}, {bound} is within health"
     about = _about(equation, bank)
     if about:
-        return f"{about}: off {off} ({names})"
+        return f"{about}: off {off} ({names}{against})"
     several = len(sensors or inputs) > 1
     agree = f"{'do' if several else 'does'} not agree: off" if several or against else "is off"
     return f"{names}{against} {agree} {off}"
