@@ -49,7 +49,7 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
     more = len(rows) - 1
     tail = f"; {more} more test{'s' if more > 1 else ''} agree{'s' if more == 1 else ''}"
     return Evidence(
-        sentence(telling, alarms) + (tail if more else ""),
+        sentence(telling, alarms, cause.component) + (tail if more else ""),
         tuple(bank.generators[row].id for row in rows),
         tuple(channels),
         bank.generators[telling.row].id,
@@ -62,8 +62,8 @@ def _reads(component: str, bank: Bank, generator: Generator) -> bool:
     return any(m is not None and not m.trusted and m.component == component for m in read)
 
 
-def sentence(run: Run, alarms: Alarms) -> str:
-    """Return one alarm as a sentence with its numbers."""
+def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
+    """Return one alarm as a sentence with its numbers; a component's channels are named first."""
     residuals = alarms.residuals
     bank = residuals.bank
     generator = bank.generators[run.row]
@@ -76,7 +76,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
     amount = f"{size[worst] * scale:.3g} {label}".strip()
     bound = f"{threshold[worst] * scale:.3g} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
-    sensors, inputs = _sources(bank, generator)
+    sensors, inputs = _sources(bank, generator, component)
     names = listed(sensors) or listed(inputs) or equation.name
     if equation.kind is Kind.LIMIT:
         allowed = _allowed(equation, bank)
@@ -253,11 +253,13 @@ def _about(equation: SystemEquation, bank: Bank) -> str:
     return ""
 
 
-def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the channels that bring faults, and those that are inputs."""
+def _sources(
+    bank: Bank, generator: Generator, component: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the channels that bring faults, a component's first, and those that are inputs."""
     found: tuple[dict[str, None], dict[str, None]] = ({}, {})
-    for number in generator.equations:
-        measurement = bank.system.equations[number].measurement
+    held = [bank.system.equations[number].measurement for number in generator.equations]
+    for measurement in sorted(held, key=lambda one: one is None or one.component != component):
         if measurement is not None:
             # what a field was over a while is told by the field
             channel = without_over(str(measurement.channel))

@@ -90,6 +90,14 @@ def test_what_should_be_a_number_is_told_by_what_it_is():
     assert evidence(bank, limit_row(bank, "at_rest")).text.startswith("GPS.x is off by up to 6 m")
 
 
+def test_the_accused_ones_channels_are_named_first():
+    bank = bank_of(model({"baro": ["x"], "gps": ["x"]}))
+    alarms = alarms_of(bank, {0: [(40, 50)]}, **SHORT)
+    (run,) = find_runs(alarms, 0.0, 51.0)
+    assert sentence(run, alarms, "gps").startswith("GPS.x and BARO.x do not agree")
+    assert sentence(run, alarms, "baro").startswith("BARO.x and GPS.x do not agree")
+
+
 def test_other_alarms_of_the_cause_are_counted():
     bank = bank_of(model({name: ["x"] for name in ("gps", "baro", "radar", "sun")}))
     others = ("BARO.x", "RADAR.x", "SUN.x")

@@ -14,13 +14,14 @@ from typing import Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns
+from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.ending import led_to, went_wrong
 from fdi.diagnosis.plain import alarm_clause, alarm_words
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
 from fdi.report.words import at, per_cent
 from fdi.result import Analysis
+from fdi.telemetry.airtime import when_in_air
 
 SOON: Final = 10.0
 """s after the onset that count for it."""
@@ -205,6 +206,26 @@ def first_signs(ending: Ending | None, analysis: Analysis) -> list[First]:
         told.values(), key=lambda o: (o.component not in whom, _SAYS.index(o.kind), o.at)
     )
     return sorted(order[:MOST_SIGNS], key=lambda one: one.at)
+
+
+def alarmed(analysis: Analysis) -> list[tuple[float, str]]:
+    """Return what alarmed in the air though nobody is accused: from when on, s, and what it says.
+
+    In the order of time; alarms that say the same are told once.
+    """
+    if analysis.findings:
+        return []
+    alarms, whom = analysis.alarms, concerns(analysis.bank)
+    raised = alarms.alarm & when_in_air(analysis.signals)
+    told: dict[str, float] = {}
+    for row in map(int, np.flatnonzero(raised.any(axis=1))):
+        generator = analysis.bank.generators[row]
+        names = sorted(whom.of(row), key=lambda name: whom.order[name])
+        about = names[0] if names else analysis.system.equations[generator.residual].name
+        text = alarm_words(about, generator, analysis.system)
+        at = float(alarms.residuals.t[int(np.argmax(raised[row]))])
+        told[text] = min(at, told.get(text, at))
+    return sorted((at, text) for text, at in told.items())
 
 
 def _sign(finding: Finding, analysis: Analysis) -> First | None:

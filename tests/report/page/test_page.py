@@ -22,7 +22,7 @@ from fdi.report.page.marks import grid_rows, marks, modes
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
 from fdi.report.page.sides import Parts, Side, residual_of
-from fdi.report.page.suspects import behind, ending_words, first_signs, rest, suspects
+from fdi.report.page.suspects import alarmed, behind, ending_words, first_signs, rest, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
@@ -225,6 +225,17 @@ def test_what_somebody_is_accused_of_is_told_once_from_its_onset_on(analysis: An
     healed = replace(finding, end=50.0)
     diagnosis = replace(analysis.diagnosis, findings=(healed,))
     assert first_signs(Ending(end), replace(analysis, diagnosis=diagnosis)) == []
+
+
+def test_what_alarmed_is_told_where_nobody_is_accused(analysis: Analysis) -> None:
+    nobody = replace(analysis, diagnosis=replace(analysis.diagnosis, findings=(), endings=()))
+    told = alarmed(nobody)
+    assert told
+    assert [at for at, _ in told] == sorted(at for at, _ in told)
+    assert min(told)[0] == pytest.approx(40.0, abs=2.0)
+    assert len({text for _, text in told}) == len(told)
+    assert f"from log {told[0][0]:.1f} s: {told[0][1]}" in html_report(nobody)
+    assert alarmed(analysis) == []
 
 
 def test_how_it_ended_is_told() -> None:
