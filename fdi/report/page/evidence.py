@@ -147,10 +147,7 @@ class Court:
         named: set[int] = set()
         tests = tuple(self._told(row, component, window, named) for row in shown)
         others = dict.fromkeys(
-            name
-            for row in shown
-            for name in sorted(self._whom.of(row), key=lambda n: self._whom.order.get(n, 0))
-            if name != component
+            name for row in shown for name in self._whom.in_order(row) if name != component
         )
         return Case(at, window, tests, self._quiet(tuple(others), at), tuple(others))
 
@@ -167,7 +164,7 @@ class Court:
         bank, system = self._analysis.bank, self._system
         generator = bank.generators[row]
         equation = system.equations[generator.residual]
-        names = sorted(self._whom.of(row), key=lambda name: self._whom.order.get(name, 0))
+        names = self._whom.in_order(row)
         whom = component if component in names else (names[0] if names else equation.name)
         used = [system.equations[i] for i in generator.equations]
         return Told(

@@ -220,7 +220,7 @@ def alarmed(analysis: Analysis) -> list[tuple[float, str]]:
     told: dict[str, float] = {}
     for row in map(int, np.flatnonzero(raised.any(axis=1))):
         generator = analysis.bank.generators[row]
-        names = sorted(whom.of(row), key=lambda name: whom.order[name])
+        names = whom.in_order(row)
         about = names[0] if names else analysis.system.equations[generator.residual].name
         text = alarm_words(about, generator, analysis.system)
         at = float(alarms.residuals.t[int(np.argmax(raised[row]))])
