@@ -108,7 +108,7 @@ def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
             "within health"
         )
     off = f"by up to {amount}{lasting} {when}, {bound} is within health"
-    about = _about(equation, bank)
+    about = _about(equation, bank, by_sensors=bool(sensors))
     if about:
         return f"{about}: off {off} ({names}{against})"
     several = len(sensors or inputs) > 1
@@ -245,11 +245,16 @@ def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float | None, f
     return found, bounds.get(-1), bounds.get(1)
 
 
-def _about(equation: SystemEquation, bank: Bank) -> str:
-    """Return in words which quantity an equation states to be a number, "" where it states more."""
-    match equation.left, equation.right:
-        case Symbol(name), right if not symbols(right) and name in bank.system.variables:
-            return bank.system.variables[name].description
+def _about(equation: SystemEquation, bank: Bank, *, by_sensors: bool) -> str:
+    """Return in words which quantity an equation states, "" where its channels tell that better.
+
+    They do where a sensor is held against others; not of what should be a number, nor where all
+    that is read are inputs, as a field and angles that give a heading.
+    """
+    match equation.left:
+        case Symbol(name) if name in bank.system.variables and equation.measurement is None:
+            if not (by_sensors and symbols(equation.right)):
+                return bank.system.variables[name].description
     return ""
 
 

@@ -45,6 +45,7 @@ AFTER: Final = 5.0
 SOON: Final = 10.0
 SIBLING_COLOURS: Final = (2, 3, 4, 6, 5)
 """Of the page's curves; the first two are of what is recorded and predicted."""
+LONGEST_LABEL: Final = 48
 LEAST: Final = 2
 """Samples beyond a threshold; one alone is noise."""
 Floats = NDArray[np.float64]
@@ -187,7 +188,7 @@ class Court:
         found = sides(self._piece, generator)
         curves = tuple(
             Curve(
-                side.label,
+                _side_words(side, place),
                 self._piece.t,
                 side.value * scale + offset,
                 look="bound" if side.is_bound else "line" if place == 0 else "dash",
@@ -340,6 +341,13 @@ class Court:
                 equation = self._system.equations[generator.residual]
                 found.append(Quiet(component, generator.id, equation.text or equation.name, peak))
         return tuple(found)
+
+
+def _side_words(side: Side, place: int) -> str:
+    """Return what the curve of a side is called: a long formula stands in the title already."""
+    if len(side.label) <= LONGEST_LABEL:
+        return side.label
+    return "the other side" if place else "the first side"
 
 
 def _plain_field(channel: Channel) -> Channel:

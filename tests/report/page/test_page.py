@@ -17,7 +17,7 @@ from fdi.report.page.airframe import airframe_svg, states_of
 from fdi.report.page.channels import held_channels
 from fdi.report.page.document import page_of
 from fdi.report.page.drawing import grid_svg, panel_svg
-from fdi.report.page.evidence import Court
+from fdi.report.page.evidence import Court, _side_words
 from fdi.report.page.marks import grid_rows, marks, modes
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
@@ -91,6 +91,13 @@ def test_a_plot_of_a_statement_says_in_words_what_it_is_about(analysis: Analysis
         "height above the sea; stated: "
     )
     assert about([Side("altitude - 3", np.zeros(1))]) == "what is stated, "
+
+
+def test_a_long_formula_is_no_name_of_a_curve() -> None:
+    """It stands in the title; under the plot it would take the width of a phone twice."""
+    long = Side("wrap(" + "h_x*sin(roll) + " * 5 + "declination)", np.zeros(1))
+    assert [_side_words(long, place) for place in (0, 1)] == ["the first side", "the other side"]
+    assert _side_words(Side("altitude", np.zeros(1)), 1) == "altitude"
 
 
 def test_the_threshold_that_is_shown_is_the_one_that_was_used(analysis: Analysis) -> None:
