@@ -155,14 +155,18 @@ def rest(finding: Finding, told: Sequence[Suspect], analysis: Analysis) -> Rest:
     )
 
 
+def does_as_well_as_its_parts(component: Component | None) -> bool:
+    """Return whether a component is a program, which does as well as what it works with."""
+    return component is not None and (component.computed or component.group == "autopilot")
+
+
 def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
     """Return what directly disturbs an accused program when it fails, and is not ruled out.
 
     A controller does as well as the parts it works with: to accuse it asks what is behind it.
     """
     components = analysis.system.components
-    accused = components.get(finding.component)
-    if accused is None or not (accused.computed or accused.group == "autopilot"):
+    if not does_as_well_as_its_parts(components.get(finding.component)):
         return ()
     cleared = {one.component for one in analysis.ruled_out}
     return tuple(

@@ -147,6 +147,25 @@ def test_an_end_that_nobody_is_accused_for_has_a_case_too(tmp_path: Path) -> Non
     assert "What was first" in html_report(small_analysis(tmp_path, **changes))
 
 
+@pytest.mark.parametrize(("group", "shown"), [("autopilot", 1), ("sensor", 0)])
+def test_with_a_controller_that_is_accused_stands_what_it_asked_of_its_motors(
+    tmp_path: Path, group: str, shown: int
+) -> None:
+    log = small_log()
+    own = log["GPS_RAW_INT"]
+    outputs = message(
+        "SERVO_OUTPUT_RAW", {"servo1_raw": log.channel("GPS_RAW_INT.alt").value}, own.t
+    )
+    model = MODEL.replace("gps: {group: sensor", f"gps: {{group: {group}")
+    page = page_of(small_analysis(tmp_path, log.with_message(outputs), model))
+    ((_, case),) = page.findings
+    assert case is not None
+    titles = [plot.title for plot in case.context]
+    assert len(titles) == shown
+    assert all(title.startswith("Outputs") for title in titles)
+    assert len(page.data["cases"]["finding.0"]["context"]) == shown
+
+
 def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
     analysis: Analysis,
 ) -> None:
