@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 MODEL = ROOT / "tests" / "models" / "paper_77.yaml"
 PUBLISHED_S = 163.0
 RUNS = 5
-COLD_S, WARM_S = 3.0, 0.3
+COLD_S, WARM_S = 3.0, 0.2
 
 CODE = f"""
 import time

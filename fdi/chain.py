@@ -23,7 +23,7 @@ from fdi.residuals import Bank, Residuals
 from fdi.residuals.cache import cached_bank
 from fdi.residuals.identify import identified
 from fdi.residuals.latency import Lag, sample
-from fdi.shown import Shown
+from fdi.shown import Shown, clean
 from fdi.telemetry import Log, Signals
 
 Stage = Callable[[str, float], AbstractContextManager[None]]
@@ -58,7 +58,7 @@ class Chain(Shown):
 
     def __repr__(self) -> str:
         return (
-            f"<Chain of {self.log.name}: {self.airframe.name}, {self.policy.name}, "
+            f"<Chain of {clean(self.log.name)}: {self.airframe.name}, {self.policy.name}, "
             f"{len(self.bank.generators)} residuals>"
         )
 

@@ -18,7 +18,7 @@ from fdi.methods.estimator import EstimatorHealth
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.latency import Lag
-from fdi.shown import Rows, html_table
+from fdi.shown import Rows, clean, html_table
 from fdi.telemetry import Log, Signals
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ class Analysis:
         return figure
 
     def __repr__(self) -> str:
-        return f"<Analysis of {self.log.name}: {self.verdict}>"
+        return f"<Analysis of {clean(self.log.name)}: {clean(self.verdict)}>"
 
     def _repr_html_(self) -> str:
         return html_table(repr(self)[1:-1], ("", ""), ()) + self.findings._repr_html_()

@@ -1,12 +1,14 @@
 """How does a notebook show a value of ours, and a pandas user take rows of them?
 
-In: a frozen dataclass, or a caption with cells. Out: HTML text; everything foreign is escaped, and
-what is too long for a page is cut, with a line that says how much is missing. It stands below all
-rooms, because the values of every room are shown the same way.
+In: a frozen dataclass, or a caption with cells. Out: HTML text; everything foreign is escaped and
+rid of what no reader sees (escape codes, marks that turn the text), and what is too long for a page
+is cut, with a line that says how much is missing. It stands below all rooms, because the values of
+every room are shown the same way.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from html import escape
@@ -20,6 +22,22 @@ if TYPE_CHECKING:
 MOST_ROWS = 40
 MOST_LETTERS = 200
 T = TypeVar("T")
+
+_UNSEEN = re.compile(
+    # C0 and C1 but for the line feed, marks that turn the reading direction, lone surrogates
+    r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]"
+)
+
+
+def clean(text: object) -> str:
+    r"""Return a text without control characters, on one line.
+
+    Examples
+    --------
+    >>> clean("Crash\x1b[31m\nnow")
+    'Crash[31m now'
+    """
+    return _UNSEEN.sub("", str(text)).replace("\n", " ")
 
 
 class Shown:
@@ -107,11 +125,11 @@ def html_table(caption: str, head: Sequence[str], rows: Sequence[Sequence[object
     """
     lines = ["".join(f"<th>{escape(text)}</th>" for text in head)]
     for row in rows[:MOST_ROWS]:
-        lines.append("".join(f"<td>{escape(shortened(str(cell)))}</td>" for cell in row))
+        lines.append("".join(f"<td>{escape(shortened(clean(cell)))}</td>" for cell in row))
     if len(rows) > MOST_ROWS:
         lines.append(f'<td colspan="{len(head)}">and {len(rows) - MOST_ROWS} more</td>')
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<table><caption>{escape(caption)}</caption>{body}</table>"
+    return f"<table><caption>{escape(clean(caption))}</caption>{body}</table>"
 
 
 def shortened(text: str) -> str:

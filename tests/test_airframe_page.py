@@ -35,8 +35,7 @@ def run(call, folder):
     own = {"PYTHONPATH": str(ROOT), "COLUMNS": "100", "PYTHONIOENCODING": "utf-8"}
     words = [sys.executable, "-m", "fdi", *words[1:]]
     ended = subprocess.run(words, cwd=folder, env={**os.environ, **own}, capture_output=True)
-    # what it warns of stands in its answer already
-    return (ended.stdout if ended.returncode == 0 else ended.stderr).decode()
+    return (ended.stderr + (ended.stdout if ended.returncode == 0 else b"")).decode()
 
 
 def added(tree, part):

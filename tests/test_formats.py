@@ -71,4 +71,4 @@ def test_motors_that_obey_are_not_accused(case):
     motors = {"motor_1", "motor_2", "motor_3", "motor_4"}
     assert motors.isdisjoint(item["component"] for item in found["findings"])
     assert motors <= {item["component"] for item in found["open"]}
-    assert "after all motors stopped" in found["verdict"]
+    assert "after all motors were told to stop" in found["verdict"]

@@ -241,4 +241,4 @@ def _tell(
     else:
         from fdi.report.text import parts
 
-        show(parts(found, folder))
+        show(parts(found, folder, warned=True))  # on standard error, above

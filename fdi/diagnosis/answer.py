@@ -24,6 +24,7 @@ from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.naming import Cause, Effect, doubted, name
 from fdi.diagnosis.others import others
+from fdi.diagnosis.plain import the_part
 from fdi.diagnosis.size import size_of
 from fdi.diagnosis.together import together
 from fdi.diagnosis.undecided import left_open, not_testable
@@ -36,6 +37,7 @@ from fdi.diagnosis.values import (
     RuledOut,
 )
 from fdi.diagnosis.verdict import count_tests, outlook, verdict
+from fdi.model.naming import component_words
 from fdi.residuals import Bank
 
 
@@ -184,15 +186,18 @@ def _consequences(
         cause = causes[rank - 1]
         first = min(run.onset for run in own)
         later = first - cause.onset
-        when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {cause.component}"
-        faults, _ = _told_of(component, own, inquiries[cause.flight])
+        inquiry = inquiries[cause.flight]
+        components = inquiry.whom.components
+        whom = the_part(cause.component, components)
+        when = f"{abs(later):.1f} s {'after' if later >= 0 else 'before'} {whom}"
+        faults, _ = _told_of(component, own, inquiry)
         result.append(
             Consequence(
                 component,
                 tuple(dict.fromkeys(faults)),
                 first,
                 rank,
-                f"{component} shows it {when}",
+                f"{component_words(component, components)} shows it {when}",
             )
         )
     return tuple(sorted(result, key=lambda item: (item.onset, item.component)))

@@ -77,6 +77,11 @@ class Concerns:
         held = (fault for fault in self.faults[row] if fault not in self.suspected)
         return frozenset(self.component[fault] for fault in held)
 
+    def in_order(self, row: int) -> list[str]:
+        """Return whom a residual concerns: who holds it before whom the model only suspects."""
+        held = self.held_by(row)
+        return sorted(self.of(row), key=lambda name: (name not in held, self.order[name]))
+
     def ties(self, component: str) -> NDArray[np.int8]:
         """Return the `Tie` of a component to every residual, (r,)."""
         found = np.full(len(self.faults), Tie.NONE, np.int8)

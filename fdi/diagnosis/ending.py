@@ -93,7 +93,7 @@ def _tests(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First]:
             raised = bool(alarms.alarm[row, start:stop].any())
             if stop - start < LEAST or not near[start:stop].any():
                 continue
-            names = sorted(whom.of(int(row)), key=lambda name: whom.order[name])
+            names = whom.in_order(int(row))
             component = names[0] if names else None
             generator = bank.generators[row]
             equation = bank.system.equations[generator.residual]

@@ -47,7 +47,7 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
     more = len(rows) - 1
     tail = f"; {more} more test{'s' if more > 1 else ''} agree{'s' if more == 1 else ''}"
     return Evidence(
-        sentence(telling, alarms) + (tail if more else ""),
+        sentence(telling, alarms, cause.component) + (tail if more else ""),
         tuple(bank.generators[row].id for row in rows),
         tuple(channels),
         bank.generators[telling.row].id,
@@ -60,8 +60,8 @@ def _reads(component: str, bank: Bank, generator: Generator) -> bool:
     return any(m is not None and not m.trusted and m.component == component for m in read)
 
 
-def sentence(run: Run, alarms: Alarms) -> str:
-    """Return one alarm as a sentence with its numbers."""
+def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
+    """Return one alarm as a sentence with its numbers; a component's channels are named first."""
     residuals = alarms.residuals
     bank = residuals.bank
     generator = bank.generators[run.row]
@@ -74,7 +74,7 @@ def sentence(run: Run, alarms: Alarms) -> str:
     amount = f"{size[worst] * scale:.3g} {label}".strip()
     bound = f"{threshold[worst] * scale:.3g} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
-    sensors, inputs = _sources(bank, generator)
+    sensors, inputs = _sources(bank, generator, component)
     names = listed(sensors) or listed(inputs) or equation.name
     if equation.kind is Kind.LIMIT:
         allowed = _allowed(equation, bank)
@@ -105,9 +105,13 @@ def sentence(run: Run, alarms: Alarms) -> str:
             f"{times:.2g} times as much as at first {when}, {alarms.scatter_most:g} times is "
             "within health"
         )
+    off = f"by up to {amount}{lasting} {when}, {bound} is within health"
+    about = _about(equation, bank, by_sensors=bool(sensors))
+    if about:
+        return f"{about}: off {off} ({names}{against})"
     several = len(sensors or inputs) > 1
     agree = f"{'do' if several else 'does'} not agree: off" if several or against else "is off"
-    return f"{names}{against} {agree} by up to {amount}{lasting} {when}, {bound} is within health"
+    return f"{names}{against} {agree} {off}"
 
 
 def listed(names: Sequence[str]) -> str:
@@ -239,11 +243,26 @@ def _allowed(equation: SystemEquation, bank: Bank) -> tuple[str, float | None, f
     return found, bounds.get(-1), bounds.get(1)
 
 
-def _sources(bank: Bank, generator: Generator) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the channels that bring faults, and those that are inputs."""
+def _about(equation: SystemEquation, bank: Bank, *, by_sensors: bool) -> str:
+    """Return in words which quantity an equation states, "" where its channels tell that better.
+
+    They do where a sensor is held against others; not of what should be a number, nor where all
+    that is read are inputs, as a field and angles that give a heading.
+    """
+    match equation.left:
+        case Symbol(name) if name in bank.system.variables and equation.measurement is None:
+            if not (by_sensors and symbols(equation.right)):
+                return bank.system.variables[name].description
+    return ""
+
+
+def _sources(
+    bank: Bank, generator: Generator, component: str
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the channels that bring faults, a component's first, and those that are inputs."""
     found: tuple[dict[str, None], dict[str, None]] = ({}, {})
-    for number in generator.equations:
-        measurement = bank.system.equations[number].measurement
+    held = [bank.system.equations[number].measurement for number in generator.equations]
+    for measurement in sorted(held, key=lambda one: one is None or one.component != component):
         if measurement is not None:
             # what a field was over a while is told by the field
             channel = without_over(str(measurement.channel))

@@ -126,7 +126,10 @@ def _unexplained(name: str, scene: _Scene) -> Iterator[str]:
 
 
 def _silent(name: str, scene: _Scene) -> Iterator[str]:
-    """Yield which tests of a component stayed below half of their thresholds."""
+    """Yield which tests that hold a fault of a component stayed below half of their thresholds.
+
+    An alarm may concern it all the same: a test that the model only suspects it of.
+    """
     rows, done = scene.speaking(name), scene.done
     quiet = [row for row in rows if not done.alarmed[row] and done.near[row] <= np.log(WELL)]
     if not quiet:
@@ -134,9 +137,9 @@ def _silent(name: str, scene: _Scene) -> Iterator[str]:
     of = scene.inquiry.whom.of
     telling = min(quiet, key=lambda row: (len(of(row)), done.near[row]))
     share = hundredths(float(np.exp(done.near[telling])))
-    many = "its only test was quiet"
+    many = "the only test of its own was quiet"
     if len(rows) > 1:
         which = "all" if len(quiet) == len(rows) else f"{len(quiet)} of"
-        many = f"{which} its {len(rows)} tests were quiet"
+        many = f"{which} {len(rows)} tests of its own were quiet"
     more = ", such as" if len(quiet) > 1 else ":"
     yield f"{many}{more} whether {scene.fact(name, telling)} ({share} % of the threshold at most)"

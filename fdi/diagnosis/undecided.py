@@ -73,12 +73,26 @@ def _why(
         return "it may have ended a log that ends without a landing"
     able, against = tests
     if against[ran].any():
-        many = against[ran].sum()
-        count = f"{many} of its {len(ran)} tests {'scatters' if many == 1 else 'scatter'}"
-        return f"{count} more than at first, or raised an alarm on the ground"
+        many = int(against[ran].sum())
+        said = f"{_share(many, len(ran))} {'scatters' if many == 1 else 'scatter'}"
+        return f"{said} more than at first, or raised an alarm on the ground"
     if not able[ran].all():
-        return f"{(~able[ran]).sum()} of its {len(ran)} tests did not run all the way to the end"
+        many = int((~able[ran]).sum())
+        return f"{_share(many, len(ran))} did not run all the way to the end"
     return "its tests do not say how small a fault of it they would show"
+
+
+def _share(many: int, of: int) -> str:
+    """Return how many of a part's tests, as the subject of a sentence.
+
+    Examples
+    --------
+    >>> _share(1, 1), _share(2, 3), _share(3, 3)
+    ('its only test', '2 of its 3 tests', 'all its 3 tests')
+    """
+    if of == 1:
+        return "its only test"
+    return f"all its {of} tests" if many == of else f"{many} of its {of} tests"
 
 
 def _since(alarms: Alarms, row: int) -> float:

@@ -21,7 +21,7 @@ from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
 from fdi.decision.judging import persistent
 from fdi.diagnosis.ending import BEFORE_S, led_to, went_wrong
-from fdi.diagnosis.plain import telling_clause
+from fdi.diagnosis.plain import channel_words, telling_clause
 from fdi.diagnosis.values import (
     MOST_LETTERS,
     Consequence,
@@ -32,6 +32,7 @@ from fdi.diagnosis.values import (
     Size,
 )
 from fdi.model.naming import component_words, inside
+from fdi.residuals import Bank
 from fdi.telemetry import Flight, Signals
 from fdi.telemetry.airtime import when_in_air
 from fdi.telemetry.ends import FlightEnd, is_failsafe
@@ -168,11 +169,15 @@ def _end_words(end: FlightEnd) -> str:
         speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
         lost = ""
         if end.lost_control is not None and end.at - end.lost_control >= 0.1:
-            what = "all motors stopped" if end.lost_by == "stop" else "control was lost"
+            what = "all motors were told to stop" if end.lost_by == "stop" else "control was lost"
             lost = f", {end.at - end.lost_control:.1f} s after {what}"
         return f"Hit the ground{speed} {clock}{lost}"
     if end.lost_control is not None:
-        what = "All motors stopped in the air" if end.lost_by == "stop" else "Control was lost"
+        what = (
+            "All motors were told to stop in the air"
+            if end.lost_by == "stop"
+            else "Control was lost"
+        )
         return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
     return f"The log ends in the air {clock}" if end.how == "in_air" else f"Landed {clock}"
 
@@ -270,7 +275,20 @@ def _what(finding: Finding, alarms: Alarms) -> str:
     bank = alarms.residuals.bank
     names = (finding.evidence.telling, *finding.evidence.residuals)
     clause = telling_clause(finding.component, names, bank)
-    return clause + (f" ({_amount(finding.size)})" if finding.size is not None else "")
+    if finding.size is None:
+        return clause
+    words = _quantity(finding.size, bank)
+    what = f"{words} " if words and words not in clause else ""
+    return f"{clause} ({what}{_amount(finding.size)})"
+
+
+def _quantity(size: Size, bank: Bank) -> str:
+    """Return in words what a size is one of, "" where it is told by what it moves in a residual."""
+    if size.shown is not None and (size.unit, size.shown_unit) != ("rad", "m"):
+        return ""
+    measured = (e.measurement for e in bank.system.equations)
+    own = next((m for m in measured if m and str(m.channel) == size.channels[0]), None)
+    return "" if own is None else inside(channel_words(own, bank.system.variables))
 
 
 def _amount(size: Size) -> str:

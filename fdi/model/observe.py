@@ -73,11 +73,17 @@ def usable(
     lost = {m.variable for m in measurements if m.trusted} - shown - unwatched
     lost = _not_computed(lost, equations)
     kept = [e for e in equations if not unwatched & set(symbols(e.left))]
+    # asked for every lost input of every observation: a log of few messages has many of both
+    needing: dict[str, list[Equation]] = {}
+    for equation in kept:
+        for name in {*symbols(equation.left), *symbols(equation.right)} & lost:
+            needing.setdefault(name, []).append(equation)
+    gone: set[str] = set()
     curtailed: set[str] = set()
     fallen: list[Fallen] = []
     for name in sorted(lost):
-        without = [e for e in kept if name in (*symbols(e.left), *symbols(e.right))]
-        kept = [e for e in kept if e not in without]
+        without = [e for e in needing.get(name, ()) if e.name not in gone]
+        gone |= {e.name for e in without}
         channels = {m.channel for m in measurements if m.trusted and m.variable == name}
         if without:
             fallen.append(Fallen(frozenset(channels), tuple(without)))
@@ -91,7 +97,7 @@ def usable(
             if equation.component and (heard or not channels <= own):
                 curtailed.add(equation.component)
     warnings += lacking_words(fallen, components, log)
-    return kept, frozenset(curtailed)
+    return [e for e in kept if e.name not in gone], frozenset(curtailed)
 
 
 def _not_computed(lost: set[str], equations: Iterable[Equation]) -> set[str]:

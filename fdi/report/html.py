@@ -21,7 +21,15 @@ from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
 from fdi.report.page.script import PLOTTING, json_for_page, policy, script, style
-from fdi.report.page.suspects import behind, ending_words, first_signs, rest, sure_words, suspects
+from fdi.report.page.suspects import (
+    alarmed,
+    behind,
+    ending_words,
+    first_signs,
+    rest,
+    sure_words,
+    suspects,
+)
 from fdi.report.page.templates import templates
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
@@ -61,13 +69,15 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
     return environment.get_template("report.html.j2").render(
         document=analysis_document(analysis) if document is None else document,
         page=page,
+        frame=analysis.log.frame,
         csp=policy(),
         style=Markup(style()),
         plotting=Markup(script(PLOTTING)),
         script=Markup(script()),
         data=Markup(json_for_page(page.data)),
         ended=ending_words(last := _last(analysis)),
-        signs=first_signs(last),
+        signs=first_signs(last, analysis),
+        alarmed=alarmed(analysis),
         states=[(name, words) for name, words in STATES.items() if name in states.values()],
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),

@@ -114,8 +114,20 @@ def table(*columns: str) -> Table:
     return made
 
 
-def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[RenderableType]:
-    """Yield the parts of the summary, for a console of rich."""
+def parts(
+    analysis: Analysis, folder: Path | None = None, *, warned: bool = False
+) -> Iterator[RenderableType]:
+    """Yield the parts of the summary, for a console of rich.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    folder : Path, optional
+        Where the report was written: whoever reads on a terminal is told that last, with the
+        verdict once more, because the beginning has scrolled away.
+    warned : bool
+        The warnings were told elsewhere.
+    """
     yield from _head(analysis)
     yield from _first(analysis)
     yield from _findings(analysis)
@@ -127,7 +139,11 @@ def parts(analysis: Analysis, folder: Path | None = None) -> Iterator[Renderable
     yield from _not_testable(analysis)
     yield from _left_open(analysis)
     yield from _data(analysis)
+    if not warned:
+        yield from _list("Warnings", analysis.warnings)
     if folder is not None:
+        yield heading("In short")
+        yield _indented(analysis.verdict, style=STYLES[analysis.diagnosis.outlook])
         yield heading("Report")
         yield text(f"  {folder}/")
         if (folder / PAGE).is_file():
@@ -303,7 +319,6 @@ def _data(analysis: Analysis) -> Iterator[RenderableType]:
     yield from _list("Latencies, by the log", latencies(analysis.lags))
     reported = accuracies(reported_accuracies(analysis.system, analysis.signals))
     yield from _list("Accuracies that the log reports, worse than stated", reported)
-    yield from _list("Warnings", analysis.warnings)
 
 
 def quality_line(record: object) -> str:
@@ -314,10 +329,10 @@ def quality_line(record: object) -> str:
     return f"{where}{getattr(record, 'text', '')}{when}"
 
 
-def _indented(line: str, by: int = 2) -> RenderableType:
+def _indented(line: str, by: int = 2, style: str = "") -> RenderableType:
     from rich.padding import Padding
 
-    return Padding(text(line), (0, 0, 0, by), expand=False)
+    return Padding(text(line, style), (0, 0, 0, by), expand=False)
 
 
 def _list(title: str, lines: Sequence[str], most: int = MOST_LINES) -> Iterator[RenderableType]:

@@ -7,10 +7,10 @@ models come from strangers: whatever is shown passes through :func:`clean` first
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from fdi.shown import clean as clean  # for all of report
 from fdi.units import customary, hundredths
 
 if TYPE_CHECKING:
@@ -19,22 +19,6 @@ if TYPE_CHECKING:
     from fdi.residuals.latency import Lag
     from fdi.result import Analysis
     from fdi.telemetry import Flight, Log
-
-_UNSEEN: Final = re.compile(
-    # C0 and C1 but for the line feed, marks that turn the reading direction, lone surrogates
-    r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]"
-)
-
-
-def clean(text: object) -> str:
-    r"""Return a text without control characters, on one line.
-
-    Examples
-    --------
-    >>> clean("Crash\x1b[31m\nnow")
-    'Crash[31m now'
-    """
-    return _UNSEEN.sub("", str(text)).replace("\n", " ")
 
 
 def span(seconds: float) -> str:

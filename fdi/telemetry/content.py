@@ -48,7 +48,7 @@ def opened(path: Path) -> Iterator[io.FileIO]:
         # not blocking: the path may have become a FIFO since it was looked at
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         if not stat.S_ISREG(os.stat(path).st_mode):
-            raise LogError(_kind(path), where=str(path))
+            raise _no_file(path)
         file = io.FileIO(os.open(path, flags))
     except FileNotFoundError as error:
         raise LogError("no such file", where=str(path)) from error
@@ -107,8 +107,11 @@ def change(file: io.FileIO, data: NDArray[np.uint8]) -> tuple[QualityRecord, ...
     return (QualityRecord("truncated", None, None, None, max(size - data.size, 0), text),)
 
 
-def _kind(path: Path) -> str:
-    return "is a directory, not a log" if path.is_dir() else "is no regular file"
+def _no_file(path: Path) -> LogError:
+    if path.is_dir():
+        hint = "name a file in it; fdi batch analyses all of them"
+        return LogError("is a directory, not a log", where=str(path), hint=hint)
+    return LogError("is no regular file", where=str(path))
 
 
 def _reason(error: Exception) -> str:

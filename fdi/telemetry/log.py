@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
+from fdi.shown import clean
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
 from fdi.telemetry.copies import Copy, compare_channels
@@ -310,7 +311,7 @@ class Log:
     def __repr__(self) -> str:
         records = sum(len(m) for m in self.messages.values())
         return (
-            f"<Log {self.name}: {self.format}, {self.vehicle}, {self.autopilot}, "
+            f"<Log {clean(self.name)}: {self.format}, {self.vehicle}, {self.autopilot}, "
             f"{self.duration:.1f} s, {len(self.messages)} messages, {records} records, "
             f"{len(self.flights)} flights, {len(self.quality)} findings about its quality>"
         )

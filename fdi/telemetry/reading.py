@@ -55,7 +55,8 @@ def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
     for form in FORMATS.values():
         if form.is_it(data):
             return form.read(where, data, system=system)
-    known = ", ".join(FORMATS)
     raise LogError(
-        f"{data.size} bytes of no known format", where=str(where), hint=f"known: {known}"
+        f"{data.size} bytes of no known format",
+        where=str(where),
+        hint=f"known: {', '.join(form.called for form in FORMATS.values())}",
     )

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
-from fdi.shown import Shown
+from fdi.shown import Shown, clean
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
@@ -200,7 +200,7 @@ class Signals(Shown):
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
         size = f"{len(self.columns)} channels, {span}, {self.rate_hz:g} Hz"
-        return f"<Signals of {self.log_name}: {size}>"
+        return f"<Signals of {clean(self.log_name)}: {size}>"
 
     def frame(self) -> pd.DataFrame:
         """Return all columns as a pandas frame with index t (s)."""

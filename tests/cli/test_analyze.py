@@ -28,6 +28,23 @@ def test_the_last_line_tells_how_to_open_the_page(run: Run, model: Path) -> None
     assert "in a browser" not in run(*words, "txt").out
 
 
+def test_a_warning_is_told_once_on_a_terminal_and_stands_in_the_summary(run: Run) -> None:
+    ended = run("analyze", LOG)
+    told = [line for line in ended.err.splitlines() if line.startswith("fdi: warning: ")]
+    assert told
+    assert "Warnings" not in ended.out
+    assert "Warnings" in Path("copter_motor_failure_crash.fdi/summary.txt").read_text("utf-8")
+
+
+def test_the_verdict_stands_again_where_a_terminal_has_not_scrolled_it_away(
+    run: Run, model: Path
+) -> None:
+    out = run("analyze", LOG, "--model", model).out
+    verdict = run("analyze", LOG, "--model", model, "--quiet").out.strip()
+    last = " ".join(out[out.index("\nIn short\n") :].split())
+    assert last.startswith(f"In short {verdict} Report ")
+
+
 @pytest.mark.parametrize("is_found", [True, False])
 def test_open_opens_the_page(
     run: Run, model: Path, monkeypatch: pytest.MonkeyPatch, is_found: bool

@@ -15,7 +15,9 @@ from xml.etree import ElementTree
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+import fdi
 from fdi.report.files import FORMATS, names_of
+from fdi.shown import Rows
 
 from .conftest import LOG, Run
 
@@ -73,6 +75,23 @@ class Page(HTMLParser):
         self.bad += [name for name, _ in attrs if name.startswith("on") or name == "style"]
 
 
+def assert_plain(text: str) -> None:
+    """Check that nothing in a text commands a terminal or turns what stands beside it."""
+    found = [letter for letter in (*UNSEEN, *TURNING) if letter in text]
+    assert not found, text[max(text.find(found[0]) - 60, 0) :][:120]
+
+
+def assert_no_code(page: str, scripts: int) -> None:
+    found = Page()
+    found.feed(page)
+    assert (found.scripts, found.bad) == (scripts, [])
+
+
+def assert_only_drawn(svg: str) -> None:
+    tags = {one.tag.rpartition("}")[2] for one in ElementTree.fromstring(svg).iter()}
+    assert not tags & {"script", "img", "foreignObject"}
+
+
 def test_no_output_runs_shows_or_turns_what_a_log_says(
     run: Run, hostile: Path, model: Path
 ) -> None:
@@ -87,21 +106,86 @@ def test_no_output_runs_shows_or_turns_what_a_log_says(
         for name in ("report.html", "analysis.json", "summary.txt", "fault_grid.csv")
     ]
     for text in told:
-        found = [letter for letter in (*UNSEEN, *TURNING) if letter in text]
-        assert not found, text[max(text.find(found[0]) - 60, 0) :][:120]
-    page = Page()
-    page.feed(written["report.html"].read_text("utf-8"))
-    assert page.scripts == 3
-    assert page.bad == []
+        assert_plain(text)
+    assert_no_code(written["report.html"].read_text("utf-8"), 3)
     names = json.loads(written["analysis.json"].read_text("utf-8"))["log"]["name"]
     assert "onerror" in names
     for name in ("fault_grid.svg", "isolability.svg"):
-        tree = ElementTree.fromstring(written[name].read_text("utf-8"))
-        tags = {element.tag.rpartition("}")[2] for element in tree.iter()}
-        assert not tags & {"script", "img", "foreignObject"}
+        assert_only_drawn(written[name].read_text("utf-8"))
     for name in ("fault_grid.csv", "isolability.csv"):
         rows = csv.reader(written[name].read_text("utf-8").splitlines())
         assert not [cell for row in rows for cell in row if cell[:1] in "=+@" and cell]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check",),
+        ("estimator",),
+        ("heading",),
+        ("analyze", "--explain", "all"),
+        ("analyze", "--json"),
+        ("convert", "--out", "tables"),
+    ],
+    ids=" ".join,
+)
+def test_no_other_command_shows_or_turns_what_a_log_says(
+    run: Run, hostile: Path, words: tuple[str, ...]
+) -> None:
+    ended = run(words[0], hostile, *words[1:])
+    assert ended.code in (0, 3)
+    assert_plain(ended.out + ended.err)
+
+
+def test_what_a_log_says_is_inert_in_a_comparison(run: Run, hostile: Path, model: Path) -> None:
+    ended = run(
+        "compare", LOG, hostile, "--healthy", LOG, "--model", model, "--figure", "differences.svg"
+    )
+    assert ended.code == 0
+    assert "onerror" in ended.out
+    told = run("compare", LOG, hostile, "--healthy", LOG, "--model", model, "--json")
+    assert "onerror" in told.out
+    assert_plain(ended.out + ended.err + told.out + told.err)
+    if Path("differences.svg").exists():
+        assert_only_drawn(Path("differences.svg").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("what", ["grid", "track", "channels", "evidence", "isolability"])
+def test_what_a_log_says_is_inert_in_a_figure(
+    run: Run, hostile: Path, model: Path, what: str
+) -> None:
+    ended = run("figure", hostile, "--model", model, "--what", what, "--out", "figure.svg")
+    assert_plain(ended.out + ended.err)
+    if ended.code == 0:
+        drawn = Path("figure.svg").read_text("utf-8")
+        assert_plain(drawn)
+        assert_only_drawn(drawn)
+
+
+def test_what_a_log_says_is_inert_in_a_fleet(run: Run, hostile: Path, model: Path) -> None:
+    words = ("--model", model, "--out", "fleet.parquet", "--html", "--ndjson", "--reports", "all")
+    ended = run("batch", hostile, *words)
+    assert ended.code == 0
+    page = Path("fleet.html").read_text("utf-8")
+    assert "onerror" in page
+    for text in (ended.out, ended.err, page, Path("fleet.ndjson").read_text("utf-8")):
+        assert_plain(text)
+    assert_no_code(page, 1)
+    for report in Path("fleet.reports").rglob("report.html"):
+        assert_plain(str(report))
+        assert_no_code(report.read_text("utf-8"), 3)
+
+
+def test_what_a_log_says_is_inert_in_a_notebook(hostile: Path, model: Path) -> None:
+    """There a value is HTML, and in a console its `repr`."""
+    analysis = fdi.analyze(hostile, model=model)
+    log = analysis.log
+    values = [analysis, log, analysis.signals, *log.events, Rows(log.events), log.clock]
+    for value in values:
+        assert_plain(repr(value))
+        if hasattr(value, "_repr_html_"):
+            assert_plain(value._repr_html_())
+            assert_no_code(value._repr_html_(), 0)
 
 
 def test_a_browser_runs_nothing_that_a_log_says(

@@ -55,6 +55,12 @@ def test_a_cross_check_is_tied_to_whom_it_holds_and_not_to_who_disturbs_these(
     assert WHOM.ties(component)[place] == tie
 
 
+def test_whom_a_statement_is_about_is_named_before_whom_it_only_suspects():
+    """The order of the model has the receiver first, and its failure is a guess."""
+    assert WHOM.in_order(REJECTED) == ["estimator", "gps"]
+    assert WHOM.in_order(PAIR) == ["gps", "baro"]
+
+
 @pytest.mark.parametrize(
     ("component", "tie"),
     [

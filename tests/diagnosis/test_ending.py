@@ -115,7 +115,7 @@ def test_a_test_that_left_health_before_its_alarm_is_told_once_from_then_on():
 
 def test_what_a_fall_out_of_control_looks_like_leads_the_verdict():
     for lost_by, said in (
-        ("stop", "All motors stopped in the air (log 80.0 s) and the log shows no recovery"),
+        ("stop", "All motors were told to stop in the air (log 80.0 s) and the log shows no"),
         ("lean", "Control was lost (log 80.0 s) and the log shows no recovery"),
     ):
         end = (FlightEnd(0, "control_lost", 90.0, None, 80.0, lost_by),)

@@ -77,6 +77,54 @@ def test_cross_check_names_both_sensors_and_what_is_within_health():
     assert found.channels == ("GPS.x", "BARO.x")
 
 
+def test_what_should_be_a_number_is_told_by_what_it_is():
+    """The name of a channel says neither of what that is a share nor from where."""
+    stated = "equations:\n  at_rest: {text: x = 0, component: gps, says: is kept off}\n"
+    text = model({"gps": ["x"]}, more=stated)
+    told = text.replace("x: {unit: m}", "x: {unit: m, description: way from the middle}")
+    bank = bank_of(told, "cross_checks")
+    assert evidence(bank, limit_row(bank, "at_rest")).text == (
+        f"way from the middle: off by up to 6 m {WHEN}, 2 m is within health (GPS.x)"
+    )
+    bank = bank_of(text, "cross_checks")
+    assert evidence(bank, limit_row(bank, "at_rest")).text.startswith("GPS.x is off by up to 6 m")
+
+
+def test_what_is_computed_of_inputs_alone_is_told_by_what_it_is():
+    """Six channels that "do not agree" name neither the compass nor the heading."""
+    text = """
+format: 1
+name: small
+components: {compass: {}, estimator: {}}
+variables:
+  h: {unit: m, description: heading}
+  f: {unit: m}
+  g: {unit: m}
+equations:
+  field: {text: h = f, fault: compass.heading, component: compass}
+  filter: {text: h = g, fault: estimator.heading, component: estimator}
+inputs:
+  FIELD:
+    fields:
+      f: {variable: f, accuracy: 1 m}
+      g: {variable: g, accuracy: 1 m}
+"""
+    bank = bank_of(text)
+    alarms = alarms_of(bank, {0: [(40, 50)]}, **SHORT)
+    (run,) = find_runs(alarms, 0.0, 51.0)
+    assert sentence(run, alarms) == (
+        f"heading: off by up to 6 m {WHEN}, 2 m is within health (FIELD.f and FIELD.g)"
+    )
+
+
+def test_the_accused_ones_channels_are_named_first():
+    bank = bank_of(model({"baro": ["x"], "gps": ["x"]}))
+    alarms = alarms_of(bank, {0: [(40, 50)]}, **SHORT)
+    (run,) = find_runs(alarms, 0.0, 51.0)
+    assert sentence(run, alarms, "gps").startswith("GPS.x and BARO.x do not agree")
+    assert sentence(run, alarms, "baro").startswith("BARO.x and GPS.x do not agree")
+
+
 def test_other_alarms_of_the_cause_are_counted():
     bank = bank_of(model({name: ["x"] for name in ("gps", "baro", "radar", "sun")}))
     others = ("BARO.x", "RADAR.x", "SUN.x")

@@ -187,7 +187,7 @@ def test_alarm_of_a_disturbed_component_is_a_consequence():
     (effect,) = found.consequences
     assert (effect.component, effect.faults) == ("estimator", ("ESTIMATOR.y",))
     assert (effect.onset, effect.because_of) == (45.0, 1)
-    assert effect.text == "estimator shows it 5.0 s after gps"
+    assert effect.text == "Estimator shows it 5.0 s after the gps"
 
 
 def test_alarm_of_an_undisturbed_component_is_a_cause_of_its_own():

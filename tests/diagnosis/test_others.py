@@ -37,7 +37,7 @@ def test_a_rival_answers_for_the_alarm_that_is_not_about_it_and_for_its_quiet_te
     assert unexplained.startswith("it does not explain 1 of the 2 alarms at first")
     assert "the gps" in unexplained
     assert "the radar" in unexplained
-    assert quiet.startswith("1 of its 2 tests were quiet: whether the baro")
+    assert quiet.startswith("1 of 2 tests of its own were quiet: whether the baro")
     assert others["baro"].alarm == 40.0
 
 
@@ -45,7 +45,7 @@ def test_who_has_no_alarm_is_told_with_its_quiet_tests_only():
     _, others = told({GPS_BARO: [(40, 60)], GPS_RADAR: [(40, 60)]}, peak=20.0)
     assert others["compass"].alarm is None
     (quiet,) = others["compass"].against
-    assert quiet.startswith("its only test was quiet: whether the compass")
+    assert quiet.startswith("the only test of its own was quiet: whether the compass")
 
 
 def test_what_comes_later_and_follows_is_told_so():

@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fdi.diagnosis import Size
 from fdi.diagnosis.values import MOST_LETTERS
-from fdi.diagnosis.verdict import _fitted, _moment, _time, count_tests
+from fdi.diagnosis.verdict import _fitted, _moment, _quantity, _time, count_tests
 from fdi.telemetry import Flight
 
 from .build import alarms_of, bank_of, model, row
@@ -39,6 +40,17 @@ def test_what_does_not_fit_is_given_up_in_its_order(letters, kept):
 
 def test_what_never_fits_is_cut_after_a_word():
     assert _fitted(["word " * 80], []) == "word " * 47 + "..."
+
+
+def test_a_size_says_which_quantity_is_off_by_it():
+    """Another ground speed, about 22 deg off: that mixed two of them."""
+    text = model({"gps": ["x"]}).replace("{unit: m}", "{unit: m, description: Way to the north}")
+    bank = bank_of(text, "cross_checks")
+    size = Size(("GPS.x",), (), "bias", 3.0, 0.1, "m", 40.0)
+    assert _quantity(size, bank) == "way to the north"
+    assert _quantity(replace(size, shown=2.0, shown_unit="rad"), bank) == ""
+    on_the_ground = replace(size, unit="rad", shown=2.0, shown_unit="m")
+    assert _quantity(on_the_ground, bank) == "way to the north"
 
 
 @pytest.mark.parametrize(

@@ -104,3 +104,10 @@ def test_a_sparkline_is_blank_where_nothing_is_known() -> None:
     t = np.array([NOW - SHOWN_S + 1, NOW - 1])
     found = sparkline(t, np.array([np.nan, 0.0]), now=NOW)
     assert found == " " * 29 + "▁"
+
+
+def test_a_line_is_inert_whoever_wrote_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """A component's name comes from a model, a vehicle's from the air."""
+    with screen.screen(lambda: "") as tell:
+        tell(["12.0 s: \x1b[31m\x1b]0;harm\x07\u202e[bold]motor[/bold]"])
+    assert capsys.readouterr().out == "12.0 s: [31m]0;harm[bold]motor[/bold]\n"

@@ -131,10 +131,12 @@ LAG = Lag(
 )
 
 
-def small_analysis(folder: Path, log: Log | None = None, **changes: Any) -> Analysis:
+def small_analysis(
+    folder: Path, log: Log | None = None, model: str = MODEL, **changes: Any
+) -> Analysis:
     """Return the analysis of a log, with findings set by hand; ``changes`` are to its diagnosis."""
     path = folder / "altimeters.yaml"
-    path.write_text(MODEL)
+    path.write_text(model)
     log = log or small_log()
     airframe, policy = load_airframe(path), load_policy("default")
     system = airframe.observe(log)

@@ -149,3 +149,9 @@ def test_the_page_says_which_flight_the_estimators_findings_are_of(analysis: Ana
     assert "own estimator noticed in flight 2 of 2, the only one looked at</h2>" in told
     assert 'href="#estimator"' in told
     assert 'id="estimator"' not in html_report(analysis)
+
+
+def test_the_page_names_a_frame_that_is_no_ordinary_one(analysis: Analysis) -> None:
+    """ "other" says nothing to whoever flies a Y6."""
+    log = replace(analysis.log, vehicle="other", frame="Y6", format="dataflash_text")
+    assert "dataflash text, 12.3 kB; Y6, " in html_report(replace(analysis, log=log))

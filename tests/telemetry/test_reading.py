@@ -44,6 +44,15 @@ def test_noise_is_refused(load):
         load(noise)
 
 
+def test_who_gives_no_log_is_told_which_files_are_logs_and_who_gives_a_folder_what_to_do(
+    load, tmp_path
+):
+    with pytest.raises(LogError, match=r"PX4's \.ulg, ArduPilot's \.bin.*ground station's \.tlog"):
+        load(b"hello\n")
+    with pytest.raises(LogError, match="fdi batch analyses all"):
+        read(tmp_path)
+
+
 def test_missing_file_directory_and_fifo_are_refused(tmp_path):
     fifo = tmp_path / "pipe.tlog"
     os.mkfifo(fifo)

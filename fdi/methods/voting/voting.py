@@ -24,6 +24,7 @@ from fdi.methods.voting.rules import Ints
 from fdi.methods.voting.selection import FOREVER, Selection, select
 from fdi.methods.voting.settings import PRESETS, Settings, microseconds
 from fdi.methods.voting.views import Witness, witnesses
+from fdi.shown import clean
 from fdi.telemetry import Log
 
 _SAME_CYCLE: Final = 0.02
@@ -70,7 +71,9 @@ class Voter:
     differing: Mapping[str, int] | None
 
     def __repr__(self) -> str:
-        return f"<Voter {self.number}: {self.log or 'inferred'}, {self.replay.t.size} cycles>"
+        return (
+            f"<Voter {self.number}: {clean(self.log or 'inferred')}, {self.replay.t.size} cycles>"
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

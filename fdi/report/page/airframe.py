@@ -37,6 +37,7 @@ STATES: Final = {
     "open": "neither accused nor cleared",
     "untested": "this telemetry cannot show it",
 }
+_WINGED: Final = ("plane", "vtol")
 _PLANE: Final = (
     '<path class="hull" d="M190 22c12 0 17 20 17 48l0 34 126 26 0 30-126-4-5 66 46 20 0 20-58-6'
     '-58 6 0-20 46-20-5-66-126 4 0-30 126-26 0-34c0-28 5-48 17-48z"/>'
@@ -72,7 +73,7 @@ def airframe_svg(analysis: Analysis) -> str:
     if motors:
         picture = list(_multicopter(motors, states))
         drawn = {f"motor_{motor.number}" for motor in motors}
-    elif log.vehicle == "plane":
+    elif log.vehicle in _WINGED:
         picture = [_PLANE]
         for name, paths in _SURFACES.items():
             if name in components:

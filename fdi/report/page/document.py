@@ -6,7 +6,7 @@ no script runs and on paper.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -20,12 +20,15 @@ from fdi.report.page.evidence import AFTER, BEFORE, Case, Court
 from fdi.report.page.overview import overview
 from fdi.report.page.panel import Panel, panel_json
 from fdi.report.page.script import json_for_page
+from fdi.report.page.suspects import does_as_well_as_its_parts
 from fdi.report.page.track import track, track_json
 from fdi.report.style import GROUP_COLOURS
 from fdi.result import Analysis
 
-CONTEXT: Final = ("Height", "Speed", "Roll", "Pitch", "Outputs")
+CONTEXT: Final[tuple[str, ...]] = ("Height", "Speed", "Roll", "Pitch", "Outputs")
 """What of the flight's plots stands with an end that nobody is accused for."""
+CONTROL: Final[tuple[str, ...]] = ("Outputs",)
+"""The same, with the accusation of a controller: what it asked of its motors and surfaces."""
 MOST_BYTES: Final = 4_800_000
 """Of plots and channels as text; with tables and scripts a page stays below 6 MB."""
 MOST_CASES: Final = 8
@@ -110,8 +113,7 @@ def page_of(analysis: Analysis) -> Page:
         for place, (_, case) in enumerate(cases)
         if case is not None
     }
-    around = [i for i, panel in enumerate(panels) if panel.title.startswith(CONTEXT)]
-    context = {place: around if place.startswith("first") else [] for place in cases}
+    around = _around(cases, findings, panels, analysis)
     data: dict[str, Any] = {
         "span": [round(edge, 3) for edge in span],
         "modes": [[round(a, 3), round(b, 3), name] for a, b, name in ground.bands],
@@ -119,11 +121,11 @@ def page_of(analysis: Analysis) -> Page:
         "grid": rows,
         "overview": [panel_json(panel) for panel in panels],
         "track": track_json(way),
-        "cases": {p: _case_json(case) | {"context": context[p]} for p, case in cases.items()},
+        "cases": {p: _case_json(case) | {"context": around[p]} for p, case in cases.items()},
     }
 
     shown = {
-        place: _shown(case, place, [panels[i] for i in context[place]], ground)
+        place: _shown(case, place, [panels[i] for i in around[place]], ground)
         for place, case in cases.items()
     }
     drawn = _plots(panels, "overview", span, ground)
@@ -147,6 +149,31 @@ def page_of(analysis: Analysis) -> Page:
         groups=tuple(g for g in GROUP_COLOURS if any(row["group"] == g for row in rows)),
         held=held,
     )
+
+
+def _around(
+    cases: Iterable[str],
+    findings: Sequence[tuple[Finding, Case | None]],
+    panels: Sequence[Panel],
+    analysis: Analysis,
+) -> dict[str, list[int]]:
+    """Return by the place of a case which of the flight's panels stand with it."""
+    components = analysis.system.components
+    titles = {
+        f"finding.{i}": CONTROL
+        for i, (one, _) in enumerate(findings)
+        if does_as_well_as_its_parts(components.get(one.component))
+    }
+    return {
+        place: [
+            i
+            for i, panel in enumerate(panels)
+            if panel.title.startswith(
+                CONTEXT if place.startswith("first") else titles.get(place, ())
+            )
+        ]
+        for place in cases
+    }
 
 
 def _lines(events: Sequence[dict[str, Any]]) -> list[tuple[float, str]]:

@@ -208,7 +208,9 @@ def grid_svg(
     for place, row in enumerate(rows):
         top = EDGE + ROW * place
         name = row["fault"] if len(row["fault"]) <= 120 else row["fault"][:119] + "…"
-        parts.append(f'<text class="tick" x="{LEFT}" y="{top + NAME - 3}">{escaped(name)}</text>')
+        look, more = ("tick accused", ", accused") if row["accused"] else ("tick", "")
+        words = escaped(name) + more
+        parts.append(f'<text class="{look}" x="{LEFT}" y="{top + NAME - 3}">{words}</text>')
         for kind, style in (("off", "unknown"), ("on", f"g-{row['group']}")):
             path = _bars(list(_clipped(row[kind], span)), x, top)
             if path:

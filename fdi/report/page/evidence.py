@@ -8,6 +8,7 @@ move it most, the accused component's first, beside what the rest of the test pr
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -27,9 +28,10 @@ from fdi.model.parts import Kind
 from fdi.model.system import System, SystemEquation
 from fdi.report.page.overview import curve_of
 from fdi.report.page.panel import Curve, Panel
-from fdi.report.page.sides import Parts, residual_of, sides
+from fdi.report.page.sides import Parts, Side, residual_of, sides
 from fdi.residuals.respond import Stretch, stretch
 from fdi.result import Analysis
+from fdi.telemetry import Channel
 from fdi.units import customary
 
 MOST_TESTS: Final = 3
@@ -41,6 +43,9 @@ BEFORE: Final = 15.0
 AFTER: Final = 5.0
 """s around the onset that are shown at first."""
 SOON: Final = 10.0
+SIBLING_COLOURS: Final = (2, 3, 4, 6, 5)
+"""Of the page's curves; the first two are of what is recorded and predicted."""
+LONGEST_LABEL: Final = 48
 LEAST: Final = 2
 """Samples beyond a threshold; one alone is noise."""
 Floats = NDArray[np.float64]
@@ -143,10 +148,7 @@ class Court:
         named: set[int] = set()
         tests = tuple(self._told(row, component, window, named) for row in shown)
         others = dict.fromkeys(
-            name
-            for row in shown
-            for name in sorted(self._whom.of(row), key=lambda n: self._whom.order.get(n, 0))
-            if name != component
+            name for row in shown for name in self._whom.in_order(row) if name != component
         )
         return Case(at, window, tests, self._quiet(tuple(others), at), tuple(others))
 
@@ -163,7 +165,7 @@ class Court:
         bank, system = self._analysis.bank, self._system
         generator = bank.generators[row]
         equation = system.equations[generator.residual]
-        names = sorted(self._whom.of(row), key=lambda name: self._whom.order.get(name, 0))
+        names = self._whom.in_order(row)
         whom = component if component in names else (names[0] if names else equation.name)
         used = [system.equations[i] for i in generator.equations]
         return Told(
@@ -186,7 +188,7 @@ class Court:
         found = sides(self._piece, generator)
         curves = tuple(
             Curve(
-                side.label,
+                _side_words(side, place),
                 self._piece.t,
                 side.value * scale + offset,
                 look="bound" if side.is_bound else "line" if place == 0 else "dash",
@@ -194,9 +196,15 @@ class Court:
             )
             for place, side in enumerate(found)
         )
-        title = f"{generator.id}: what is stated, {equation.text or equation.name}"
+        title = f"{generator.id}: {self._about(found)}{equation.text or equation.name}"
         hot = self._hot(row)
         return [Panel(title, _plain(unit), curves, hot, window)] if curves else []
+
+    def _about(self, found: Sequence[Side]) -> str:
+        """Return what a statement is about, before its symbols."""
+        first = next((one.label for one in found if not one.is_bound), "")
+        known = first in self._system.variables
+        return f"{_described(first, self._system)}; stated: " if known else "what is stated, "
 
     def _residual(self, row: int, window: tuple[float, float]) -> list[Panel]:
         alarms, t = self._alarms, self._alarms.residuals.t
@@ -257,23 +265,42 @@ class Court:
             assert measurement is not None
             test = self._analysis.bank.generators[row].id
             if part.recorded is None:  # what is held of it is how long it says the same
-                channel = replace(
-                    measurement.channel, field=measurement.channel.field.partition(":")[0]
-                )
+                channel = _plain_field(measurement.channel)
                 shown = curve_of(self._analysis.log, "recorded", str(channel))
                 if shown is not None:
                     title = f"{channel}, recorded, in {test}"
-                    panels.append(Panel(title, shown[1], (shown[0],), self._hot(row), window))
+                    known = (*self._siblings(row, part.equation, shown[1]), shown[0])
+                    panels.append(Panel(title, shown[1], known, self._hot(row), window))
                 continue
             unit, scale, offset = customary(self._system.variables[measurement.variable].unit)
             curves = [Curve("recorded", self._piece.t, part.recorded * scale + offset)]
             if part.predicted is not None:
                 told, value = "as all else in the test predicts it", part.predicted * scale + offset
                 curves.append(Curve(told, self._piece.t, value, look="dash"))
+            curves = [*self._siblings(row, part.equation, _plain(unit)), *curves]
             words = channel_words(measurement, self._system.variables)
             title = f"{measurement.channel} ({words}), in {test}"
             panels.append(Panel(title, _plain(unit), tuple(curves), self._hot(row), window))
         return panels
+
+    def _siblings(self, row: int, number: int, unit: str) -> Iterator[Curve]:
+        """Yield what a test holds beside a channel: the same message's that differ by a number.
+
+        Of one motor's output the others say whether it is unlike them. They come first: what is
+        drawn later lies above.
+        """
+        system = self._system
+        own = system.equations[number].measurement
+        assert own is not None
+        numbers = self._analysis.bank.generators[row].equations
+        held = (system.equations[i].measurement for i in numbers)
+        names = dict.fromkeys(_plain_field(one.channel) for one in held if one is not None)
+        family, itself = _unnumbered(own.channel), _plain_field(own.channel)
+        alike = [one for one in names if one != itself and _unnumbered(one) == family]
+        found = (curve_of(self._analysis.log, one.field, str(one)) for one in alike)
+        shown = [curve for curve, label in filter(None, found) if label == unit]
+        for place, curve in enumerate(shown):
+            yield replace(curve, colour=SIBLING_COLOURS[place % len(SIBLING_COLOURS)])
 
     def _sized(self, size: Size, window: tuple[float, float]) -> list[Panel]:
         """Return the channels that a fault of a size was fitted to, with and without it."""
@@ -314,6 +341,23 @@ class Court:
                 equation = self._system.equations[generator.residual]
                 found.append(Quiet(component, generator.id, equation.text or equation.name, peak))
         return tuple(found)
+
+
+def _side_words(side: Side, place: int) -> str:
+    """Return what the curve of a side is called: a long formula stands in the title already."""
+    if len(side.label) <= LONGEST_LABEL:
+        return side.label
+    return "the other side" if place else "the first side"
+
+
+def _plain_field(channel: Channel) -> Channel:
+    """Return a channel itself where another says how long it has been the same."""
+    return replace(channel, field=channel.field.partition(":")[0])
+
+
+def _unnumbered(channel: Channel) -> tuple[str, str]:
+    """Return what a channel has in common with those of which it is one of several."""
+    return channel.source, re.sub(r"\d+", "#", _plain_field(channel).field)
 
 
 def _plain(unit: str) -> str:

@@ -91,12 +91,14 @@ def marks(analysis: Analysis) -> list[dict[str, Any]]:
 def grid_rows(analysis: Analysis) -> list[dict[str, Any]]:
     """Return the marked faults with when they were marked and unknown, s, as in the fault grid."""
     grid = analysis.diagnosis.grid
+    accused = {finding.component for finding in analysis.findings}
     low, high = extent(analysis)
     rows: list[dict[str, Any]] = [
         {
             "fault": clean(grid.faults[row]),
             "component": clean(grid.components[row]),
             "group": grid.groups[row],
+            "accused": grid.components[row] in accused,
             "on": grid.intervals(row, MARKED),
             "off": grid.intervals(row, UNKNOWN),
         }

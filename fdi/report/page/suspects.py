@@ -8,18 +8,20 @@ are the diagnosis' own (`fdi.diagnosis.others`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns
-from fdi.diagnosis.plain import alarm_clause
+from fdi.diagnosis.concerns import Concerns, concerns
+from fdi.diagnosis.ending import led_to, went_wrong
+from fdi.diagnosis.plain import alarm_clause, alarm_words
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
 from fdi.report.words import at, per_cent
 from fdi.result import Analysis
+from fdi.telemetry.airtime import when_in_air
 
 SOON: Final = 10.0
 """s after the onset that count for it."""
@@ -32,7 +34,7 @@ _SAYS: Final = ("alarm", "event", "trigger", "command")
 _HOW: Final = {
     "landed": "It landed.",
     "in_air": "The log ends in the air.",
-    "failsafe": "After a failsafe that the autopilot reports.",
+    "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",
     "control_lost": "Out of control; the log ends before it hits anything.",
 }
@@ -77,7 +79,7 @@ def ending_words(ending: Ending | None) -> str:
         said = _HOW[end.how]
     if end.lost_control is not None:
         before = end.at - end.lost_control
-        what = "All motors stopped" if end.lost_by == "stop" else "Control was lost"
+        what = "All motors were told to stop" if end.lost_by == "stop" else "Control was lost"
         said += f" {what} {before:.1f} s before (log {at(end.lost_control)} s)."
     return said
 
@@ -153,14 +155,18 @@ def rest(finding: Finding, told: Sequence[Suspect], analysis: Analysis) -> Rest:
     )
 
 
+def does_as_well_as_its_parts(component: Component | None) -> bool:
+    """Return whether a component is a program, which does as well as what it works with."""
+    return component is not None and (component.computed or component.group == "autopilot")
+
+
 def behind(finding: Finding, analysis: Analysis) -> tuple[str, ...]:
     """Return what directly disturbs an accused program when it fails, and is not ruled out.
 
     A controller does as well as the parts it works with: to accuse it asks what is behind it.
     """
     components = analysis.system.components
-    accused = components.get(finding.component)
-    if accused is None or not (accused.computed or accused.group == "autopilot"):
+    if not does_as_well_as_its_parts(components.get(finding.component)):
         return ()
     cleared = {one.component for one in analysis.ruled_out}
     return tuple(
@@ -183,12 +189,55 @@ def sure_words(finding: Finding, components: Mapping[str, Component]) -> str:
     return " ".join([f"{told}.", *(f"{side}: {'; '.join(said)}." for side, said in terms if said)])
 
 
-def first_signs(ending: Ending | None) -> list[First]:
-    """Return what happened first in the seconds before a flight went wrong, `MOST_SIGNS` at most.
+def first_signs(ending: Ending | None, analysis: Analysis) -> list[First]:
+    """Return what happened first before a flight went wrong, `MOST_SIGNS` at most.
 
-    Alarms and what the autopilot reports go before what passed, and before what somebody asked for.
+    What the last seconds show (`Ending.first`), and what somebody is accused of since longer. What
+    concerns the accused goes before all else; then alarms and what the autopilot reports, then what
+    passed, then what somebody asked for.
     """
     if ending is None or not ending.end.is_bad:
         return []
-    order = sorted(ending.first, key=lambda one: (_SAYS.index(one.kind), one.at))
+    end = ending.end
+    accused = [one for one in analysis.findings if led_to(end, one.flight, one.end)]
+    told = {one.text: one for one in ending.first}
+    for sign in (_sign(one, analysis) for one in accused if one.onset <= went_wrong(end)):
+        if sign is not None:
+            known = told.get(sign.text, sign)
+            told[sign.text] = replace(known, at=min(known.at, sign.at))
+    whom = {one.component for one in accused}
+    order = sorted(
+        told.values(), key=lambda o: (o.component not in whom, _SAYS.index(o.kind), o.at)
+    )
     return sorted(order[:MOST_SIGNS], key=lambda one: one.at)
+
+
+def alarmed(analysis: Analysis) -> list[tuple[float, str]]:
+    """Return what alarmed in the air though nobody is accused: from when on, s, and what it says.
+
+    In the order of time; alarms that say the same are told once.
+    """
+    if analysis.findings:
+        return []
+    alarms, whom = analysis.alarms, concerns(analysis.bank)
+    raised = alarms.alarm & when_in_air(analysis.signals)
+    told: dict[str, float] = {}
+    for row in map(int, np.flatnonzero(raised.any(axis=1))):
+        generator = analysis.bank.generators[row]
+        names = whom.in_order(row)
+        about = names[0] if names else analysis.system.equations[generator.residual].name
+        text = alarm_words(about, generator, analysis.system)
+        at = float(alarms.residuals.t[int(np.argmax(raised[row]))])
+        told[text] = min(at, told.get(text, at))
+    return sorted((at, text) for text, at in told.items())
+
+
+def _sign(finding: Finding, analysis: Analysis) -> First | None:
+    """Return what a finding rests on as a first sign, None where no test of the bank tells it."""
+    by_id = {generator.id: generator for generator in analysis.bank.generators}
+    tests = (finding.evidence.telling, *finding.evidence.residuals)
+    known = next((by_id[name] for name in tests if name in by_id), None)
+    if known is None:
+        return None
+    text = alarm_words(finding.component, known, analysis.system)
+    return First(finding.onset, "alarm", text, finding.component)

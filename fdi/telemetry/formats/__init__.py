@@ -40,19 +40,20 @@ Data = NDArray[np.uint8]
 
 
 class Format(NamedTuple):
-    """Who recognises a format, reads and writes it; None: nobody writes it yet."""
+    """Who recognises a format, reads it, writes it (None: nobody yet); what its files are."""
 
     is_it: Callable[[Data], bool]
     read: Callable[..., Log]
     write: Callable[[Log, Mapping[str, Change]], bytes] | None
+    called: str
 
 
 FORMATS: Final[dict[str, Format]] = {
-    "ulog": Format(is_ulog, read_ulog, write_ulog),  # the cheaper looks first
-    "dataflash": Format(is_dataflash, read_dataflash, write_dataflash),
-    "dataflash_text": Format(is_dataflash_text, read_dataflash_text, None),
-    "table": Format(is_table, read_table, None),
-    "tlog": Format(is_tlog, read_tlog, write_tlog),
+    "ulog": Format(is_ulog, read_ulog, write_ulog, "PX4's .ulg"),  # the cheaper looks first
+    "dataflash": Format(is_dataflash, read_dataflash, write_dataflash, "ArduPilot's .bin"),
+    "dataflash_text": Format(is_dataflash_text, read_dataflash_text, None, "its text .log"),
+    "table": Format(is_table, read_table, None, "a table .csv or .parquet"),
+    "tlog": Format(is_tlog, read_tlog, write_tlog, "a ground station's .tlog"),
 }
 
 # What a file begins with that this version does not read: refused by name.

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fdi.diagnosis import Ending, Other, RuledOut
+from fdi.diagnosis import Ending, Evidence, First, Other, RuledOut
 from fdi.diagnosis.concerns import concerns
 from fdi.model.parts import Component
 from fdi.report.html import html_report
@@ -17,18 +17,18 @@ from fdi.report.page.airframe import airframe_svg, states_of
 from fdi.report.page.channels import held_channels
 from fdi.report.page.document import page_of
 from fdi.report.page.drawing import grid_svg, panel_svg
-from fdi.report.page.evidence import Court
-from fdi.report.page.marks import marks, modes
+from fdi.report.page.evidence import Court, _side_words
+from fdi.report.page.marks import grid_rows, marks, modes
 from fdi.report.page.panel import Curve, Panel
 from fdi.report.page.script import json_for_page
-from fdi.report.page.sides import Parts, residual_of
-from fdi.report.page.suspects import behind, ending_words, rest, suspects
+from fdi.report.page.sides import Parts, Side, residual_of
+from fdi.report.page.suspects import alarmed, behind, ending_words, first_signs, rest, suspects
 from fdi.residuals.respond import respond, stretch
 from fdi.result import Analysis
 from fdi.telemetry import Event
 from fdi.telemetry.ends import FlightEnd
 
-from ..build import NOTHING, small_analysis, small_log
+from ..build import MODEL, NOTHING, message, small_analysis, small_log
 
 MOST_BYTES = 6_000_000
 
@@ -40,6 +40,30 @@ def test_the_evidence_shows_the_accused_components_own_channel_first(analysis: A
     channels = [panel for panel in case.tests[0].panels if "recorded" in panel.curves[0].label]
     own = [panel for panel in channels if panel.title.startswith("GPS_RAW_INT.alt (")]
     assert own
+
+
+def test_a_channel_is_shown_beside_those_that_differ_by_a_number(tmp_path: Path) -> None:
+    """Of one of several the others say whether it is unlike them; its own curve lies above."""
+    log = small_log()
+    alt = {f"alt_{i}": log.channel("GPS_RAW_INT.alt").value for i in (1, 2)}
+    twins = message("HEIGHTS", alt | {"other": alt["alt_1"]}, log["GPS_RAW_INT"].t)
+    field = "{variable: altitude, accuracy: 1 m}"
+    model = MODEL.replace("GPS_RAW_INT:", "HEIGHTS:").replace(
+        f"alt: {field}\n  VFR_HUD", f"alt_1: {field}\n      alt_2: {field}\n  VFR_HUD"
+    )
+    found = small_analysis(tmp_path, log.with_message(twins), model)
+    row = next(
+        g
+        for g in found.bank.generators
+        if {str(c) for c in found.bank.channels(g)} == {"HEIGHTS.alt_1", "HEIGHTS.alt_2"}
+    )
+    (finding,) = found.findings
+    finding = replace(finding, evidence=Evidence("", (row.id,), ("HEIGHTS.alt_1",)))
+    case = Court(found).of_finding(finding)
+    assert case is not None
+    (panel,) = [p for p in case.tests[0].panels if p.title.startswith("HEIGHTS.alt_1")]
+    assert [curve.label for curve in panel.curves][:2] == ["alt_2", "recorded"]
+    assert panel.curves[0].channel == "HEIGHTS.alt_2"
 
 
 def test_a_channel_is_predicted_as_what_would_make_the_test_agree(analysis: Analysis) -> None:
@@ -56,6 +80,24 @@ def test_a_channel_is_predicted_as_what_would_make_the_test_agree(analysis: Anal
     off = recorded.value - predicted.value
     assert np.nanmedian(off[(recorded.t > 42) & (recorded.t < 58)]) == pytest.approx(40, abs=1.5)
     assert np.nanmedian(off[(recorded.t > 15) & (recorded.t < 38)]) == pytest.approx(0, abs=1.5)
+
+
+def test_a_plot_of_a_statement_says_in_words_what_it_is_about(analysis: Analysis) -> None:
+    system = analysis.system
+    altitude = replace(system.variables["altitude"], description="height above the sea")
+    known = replace(system, variables={**system.variables, "altitude": altitude})
+    about = Court(replace(analysis, system=known))._about
+    assert about([Side("altitude", np.zeros(1)), Side("lowest", np.zeros(1), is_bound=True)]) == (
+        "height above the sea; stated: "
+    )
+    assert about([Side("altitude - 3", np.zeros(1))]) == "what is stated, "
+
+
+def test_a_long_formula_is_no_name_of_a_curve() -> None:
+    """It stands in the title; under the plot it would take the width of a phone twice."""
+    long = Side("wrap(" + "h_x*sin(roll) + " * 5 + "declination)", np.zeros(1))
+    assert [_side_words(long, place) for place in (0, 1)] == ["the first side", "the other side"]
+    assert _side_words(Side("altitude", np.zeros(1)), 1) == "altitude"
 
 
 def test_the_threshold_that_is_shown_is_the_one_that_was_used(analysis: Analysis) -> None:
@@ -105,6 +147,25 @@ def test_an_end_that_nobody_is_accused_for_has_a_case_too(tmp_path: Path) -> Non
     assert "What was first" in html_report(small_analysis(tmp_path, **changes))
 
 
+@pytest.mark.parametrize(("group", "shown"), [("autopilot", 1), ("sensor", 0)])
+def test_with_a_controller_that_is_accused_stands_what_it_asked_of_its_motors(
+    tmp_path: Path, group: str, shown: int
+) -> None:
+    log = small_log()
+    own = log["GPS_RAW_INT"]
+    outputs = message(
+        "SERVO_OUTPUT_RAW", {"servo1_raw": log.channel("GPS_RAW_INT.alt").value}, own.t
+    )
+    model = MODEL.replace("gps: {group: sensor", f"gps: {{group: {group}")
+    page = page_of(small_analysis(tmp_path, log.with_message(outputs), model))
+    ((_, case),) = page.findings
+    assert case is not None
+    titles = [plot.title for plot in case.context]
+    assert len(titles) == shown
+    assert all(title.startswith("Outputs") for title in titles)
+    assert len(page.data["cases"]["finding.0"]["context"]) == shown
+
+
 def test_the_second_suspect_must_answer_for_alarms_that_do_not_concern_it(
     analysis: Analysis,
 ) -> None:
@@ -122,7 +183,7 @@ def test_why_it_was_nobody_else_is_told_of_alarms_first_and_not_of_who_is_told_a
     others = (
         Other("barometer", 41.0, ("a",)),
         Other("gyroscope", 43.0, ("b", "c")),
-        Other("compass", None, ("its only test was quiet",)),
+        Other("compass", None, ("the only test of its own was quiet",)),
         Other("battery", None, ()),
     )
     finding = replace(
@@ -165,6 +226,44 @@ def test_nobody_is_the_second_suspect_where_the_rest_is_nobodys(analysis: Analys
     assert suspect.share == pytest.approx(0.4)
 
 
+def test_the_first_signs_hold_what_somebody_is_accused_of_however_early(
+    analysis: Analysis,
+) -> None:
+    """It began long before the seconds that an ending looks at, and others fill these."""
+    (finding,) = analysis.findings
+    own = First(56.0, "alarm", "GPS receiver shows another height", "gps")
+    late = [First(55.0 + i, "alarm", f"sign {i}", "compass") for i in range(9)]
+    end = FlightEnd(finding.flight, "impact", 65.0)
+    signs = first_signs(Ending(end, (own, *late)), analysis)
+    assert len(signs) == 5
+    assert (signs[0].at, signs[0].component) == (finding.onset, "gps")
+    assert own in signs
+    assert first_signs(Ending(replace(end, how="landed"), ()), analysis) == []
+
+
+def test_what_somebody_is_accused_of_is_told_once_from_its_onset_on(analysis: Analysis) -> None:
+    (finding,) = analysis.findings
+    end = FlightEnd(finding.flight, "impact", 65.0)
+    (sign,) = first_signs(Ending(end), analysis)
+    later = replace(sign, at=58.0, kind="trigger")
+    (again,) = first_signs(Ending(end, (later,)), analysis)
+    assert (again.at, again.kind) == (finding.onset, "trigger")
+    healed = replace(finding, end=50.0)
+    diagnosis = replace(analysis.diagnosis, findings=(healed,))
+    assert first_signs(Ending(end), replace(analysis, diagnosis=diagnosis)) == []
+
+
+def test_what_alarmed_is_told_where_nobody_is_accused(analysis: Analysis) -> None:
+    nobody = replace(analysis, diagnosis=replace(analysis.diagnosis, findings=(), endings=()))
+    told = alarmed(nobody)
+    assert told
+    assert [at for at, _ in told] == sorted(at for at, _ in told)
+    assert min(told)[0] == pytest.approx(40.0, abs=2.0)
+    assert len({text for _, text in told}) == len(told)
+    assert f"from log {told[0][0]:.1f} s: {told[0][1]}" in html_report(nobody)
+    assert alarmed(analysis) == []
+
+
 def test_how_it_ended_is_told() -> None:
     lost = Ending(FlightEnd(0, "impact", 80.5, 11.2, 77.6))
     assert ending_words(lost) == (
@@ -180,6 +279,15 @@ def test_a_quadcopter_is_drawn_with_its_motors_where_they_are(analysis: Analysis
     for number, turn in ((1, "counter-clockwise"), (2, "counter-clockwise"), (3, "clockwise")):
         assert f"motor {number}, turns {turn}" in drawn
     assert drawn.count("<circle") == 4
+
+
+def test_a_winged_vehicle_whose_motors_are_not_known_is_drawn_with_wings(
+    analysis: Analysis,
+) -> None:
+    for vehicle, wings in (("vtol", 1), ("plane", 1), ("rover", 0)):
+        log = replace(analysis.log, vehicle=vehicle, parameters={})
+        drawn = airframe_svg(replace(analysis, log=log))
+        assert drawn.count('<path class="hull"') == wings
 
 
 @pytest.mark.parametrize("frame_class", [4.0, 5.0])
@@ -260,9 +368,17 @@ def test_what_plots_need_is_thinned_too_where_there_is_no_room(analysis: Analysi
     assert (shown.min(), shown.max()) == pytest.approx((values.min(), values.max()), rel=1e-6)
 
 
+def test_the_grid_says_which_faults_are_of_the_accused(analysis: Analysis) -> None:
+    """The colours are those of subsystems: red among them accuses nobody."""
+    rows = grid_rows(analysis)
+    assert {row["component"] for row in rows if row["accused"]} == {"gps"}
+    drawn = grid_svg(rows, (0.0, 90.0))
+    assert drawn.count(", accused<") == sum(row["accused"] for row in rows)
+
+
 def test_bars_of_the_grid_stand_at_their_time_on_the_axis_of_the_plots() -> None:
     t = np.array([0.0, 5.0, 10.0])
-    row = {"fault": "gps.drift", "group": "sensor", "on": [[5.0, 10.0]], "off": []}
+    row = {"fault": "gps.drift", "group": "sensor", "accused": False} | {"on": [[5, 10]], "off": []}
     panel = Panel("height", "m", (Curve("flown", t, t),))
     (bar,) = re.findall(r'class="bar g-sensor" d="M([0-9.]+) ', grid_svg([row], (0.0, 10.0)))
     assert f"L{bar} " in panel_svg(panel, (0.0, 10.0))  # of the middle sample

@@ -95,8 +95,8 @@ function makeGrid(inside) {
     ctx.beginPath(); ctx.rect(AXIS, 0, right - AXIS, tall); ctx.clip();
     data.grid.forEach((row, place) => {
       const top = place * ROW + 2;
-      ctx.fillStyle = colour("soft");
-      ctx.fillText(row.fault, AXIS, top + NAME - 6);
+      ctx.fillStyle = colour(row.accused ? "red" : "soft");
+      ctx.fillText(row.accused ? `${row.fault}, accused` : row.fault, AXIS, top + NAME - 6);
       for (const [kind, ink] of [["off", "unknown"], ["on", `g-${row.group}`]]) {
         ctx.fillStyle = colour(ink);
         for (const [from, to] of row[kind]) ctx.fillRect(x(from), top + NAME, Math.max(x(to) - x(from), 1), ROW - NAME - 1);
