@@ -251,7 +251,10 @@ def _unfit(
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
         # what begins within the reference is a fault and no condition, unless it came with a turn
-        begins = spread_factors(deviation, residuals.spread, first, block // 2)
+        known = np.isfinite(deviation) & reference
+        least = int(np.ceil(TOLD * np.count_nonzero(first)))
+        early = known & (np.cumsum(known, axis=1) <= least)
+        begins = spread_factors(deviation, residuals.spread, early, max(1, least // 2))
         unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
     stands = _stands(size > tolerance, np.isfinite(size), reference)
     unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)

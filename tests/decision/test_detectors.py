@@ -312,6 +312,16 @@ def test_fault_that_begins_soon_after_take_off_is_no_condition(start, size):
         assert alarms.alarm[0, round((start + 2) * RATE) :].mean() > 0.9
 
 
+@pytest.mark.parametrize("size", [0.0, 40.0])
+def test_what_a_test_showed_first_tells_a_fault_from_a_condition_whenever_that_was(size):
+    """Unknown for 8 s, well for 4 s, then off: it did hold, as far as it was seen."""
+    values = noise(4 * MINUTE)
+    values[: round(8 * RATE)] = np.nan
+    values[round(12 * RATE) :] += size
+    assert DEFAULT.decide(residuals(values)).unfit.tolist() == [False]
+    assert DEFAULT.decide(residuals(values + 60.0)).unfit.tolist() == [True]
+
+
 @pytest.mark.parametrize(("start", "judged"), [(0.11, False), (0.15, True)])
 def test_means_are_judged_where_the_first_third_of_the_flight_is_mostly_calm(start, judged):
     """A mean of 5 fills 67 % of the first third, or 55 %; so large it may be the test's nature."""
