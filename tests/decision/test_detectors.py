@@ -350,6 +350,18 @@ def test_constant_that_swings_excuses_as_much_as_it_was(constant, blamed):
     assert DEFAULT.decide(residuals(values, allowance=15.0)).alarm.any()
 
 
+@pytest.mark.parametrize("turns", [12, 60])
+@pytest.mark.parametrize("allowed", [0.0, 3.0])
+def test_compass_that_fails_before_the_vehicle_turns_is_no_condition(turns, allowed):
+    """What is off as soon as it turns may not be calibrated; turning later is no excuse."""
+    values = 0.05 * noise(4 * MINUTE)
+    values[round(12 * RATE) :] += 2.0
+    swing = np.where(np.arange(len(values)) < turns * RATE, 0.0, 1.0)
+    given_ = residuals(values, spread=0.05, swing=swing, allowance=allowed)
+    start = slice(round(14 * RATE), round(50 * RATE))
+    assert DEFAULT.decide(given_).alarm[0, start].all() == (turns == 60)
+
+
 def test_centre_is_taken_in_the_air_and_after_settling():
     """What a sensor shows on the ground and just after take-off says nothing about the flight."""
     values = np.zeros(3 * MINUTE)
