@@ -251,8 +251,12 @@ def _unfit(
     with np.errstate(invalid="ignore"):
         unfit = spread_factors(deviation, residuals.spread, reference, block) > recipe.most_factor
         # what begins within the reference is a fault and no condition, unless it came with a turn
-        begins = spread_factors(deviation, residuals.spread, first, block // 2)
-        unfit &= ~(begins <= recipe.most_factor) | _swings(residuals)
+        known = np.isfinite(deviation) & reference
+        least = int(np.ceil(TOLD * np.count_nonzero(first)))
+        early = known & (np.cumsum(known, axis=1) <= least)
+        begins = spread_factors(deviation, residuals.spread, early, max(1, least // 2))
+        most = np.nanmax(np.where(reference, np.nan_to_num(size), 0.0), axis=1, initial=0.0)
+        unfit &= ~(begins <= recipe.most_factor) | _turned(residuals, reference, most)
     stands = _stands(size > tolerance, np.isfinite(size), reference)
     unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)
     # where the constant that is allowed could not be learned, nothing is held against the test
@@ -311,11 +315,16 @@ def _constants(
     apart = np.abs(np.where(circular, wrap(early - centre), early - centre))
     told = np.isfinite(values[:, first]).sum(axis=1) >= TOLD * np.count_nonzero(first)
     moves = apart > np.nanmax(threshold[:, first], axis=1, initial=0.0)
-    return np.where(told & moves & ~_swings(residuals), early, centre)
+    return np.where(told & moves & ~_turned(residuals, reference, apart), early, centre)
 
 
-def _swings(residuals: Residuals) -> NDArray[np.bool_]:
-    return np.asarray((residuals.swing > 0).any(axis=1))
+def _turned(residuals: Residuals, reference: NDArray[np.bool_], moved: Floats) -> NDArray[np.bool_]:
+    """Return which residuals may have moved so far, (r,), because the vehicle turned.
+
+    A compass that is not calibrated is off by half a turn at the most.
+    """
+    swing = residuals.swing[:, reference].max(axis=1, initial=0.0)
+    return np.asarray((swing > 0) & (moved <= np.pi * swing))
 
 
 def key_of(system: System, generator: Generator) -> str:

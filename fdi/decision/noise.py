@@ -55,13 +55,13 @@ def spread_factors(
         What is left of the residual beyond its centre and tolerance, not negative.
     spread : (r, n) float
         Predicted; where it is 0 the residual has no stated spread.
-    calm : (n,) bool
+    calm : (n,) or (r, n) bool
     block : int
         Samples in a block.
     """
     result = np.full(len(deviations), np.nan)
-    for row, own in enumerate(deviations):
-        known = calm & np.isfinite(own) & (spread[row] > 0)
+    usable = calm & np.isfinite(deviations) & (spread > 0)
+    for row, (own, known) in enumerate(zip(deviations, usable, strict=True)):
         if known.sum() < 2 * block:
             continue
         ratio = own[known] / spread[row][known]

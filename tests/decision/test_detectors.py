@@ -312,6 +312,16 @@ def test_fault_that_begins_soon_after_take_off_is_no_condition(start, size):
         assert alarms.alarm[0, round((start + 2) * RATE) :].mean() > 0.9
 
 
+@pytest.mark.parametrize("size", [0.0, 40.0])
+def test_what_a_test_showed_first_tells_a_fault_from_a_condition_whenever_that_was(size):
+    """Unknown for 8 s, well for 4 s, then off: it did hold, as far as it was seen."""
+    values = noise(4 * MINUTE)
+    values[: round(8 * RATE)] = np.nan
+    values[round(12 * RATE) :] += size
+    assert DEFAULT.decide(residuals(values)).unfit.tolist() == [False]
+    assert DEFAULT.decide(residuals(values + 60.0)).unfit.tolist() == [True]
+
+
 @pytest.mark.parametrize(("start", "judged"), [(0.11, False), (0.15, True)])
 def test_means_are_judged_where_the_first_third_of_the_flight_is_mostly_calm(start, judged):
     """A mean of 5 fills 67 % of the first third, or 55 %; so large it may be the test's nature."""
@@ -338,6 +348,18 @@ def test_constant_that_swings_excuses_as_much_as_it_was(constant, blamed):
     given_ = residuals(values, allowance=15.0, swing=swing)
     assert DEFAULT.decide(given_).alarm.any() == blamed
     assert DEFAULT.decide(residuals(values, allowance=15.0)).alarm.any()
+
+
+@pytest.mark.parametrize("turns", [12, 60])
+@pytest.mark.parametrize("allowed", [0.0, 3.0])
+def test_compass_that_fails_before_the_vehicle_turns_is_no_condition(turns, allowed):
+    """What is off as soon as it turns may not be calibrated; turning later is no excuse."""
+    values = 0.05 * noise(4 * MINUTE)
+    values[round(12 * RATE) :] += 2.0
+    swing = np.where(np.arange(len(values)) < turns * RATE, 0.0, 1.0)
+    given_ = residuals(values, spread=0.05, swing=swing, allowance=allowed)
+    start = slice(round(14 * RATE), round(50 * RATE))
+    assert DEFAULT.decide(given_).alarm[0, start].all() == (turns == 60)
 
 
 def test_centre_is_taken_in_the_air_and_after_settling():
