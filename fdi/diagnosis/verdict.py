@@ -122,8 +122,9 @@ def verdict(
         return _unexplained(bad[-1])
     if not np.any(signals.state.airborne):
         return f"The vehicle is never seen to fly. {_quiet(tests)}"
-    said = [_failsafe(endings, signals), _unfinished(endings, signals)]
-    return _fitted([*filter(None, said), _quiet(tests)], [])
+    failsafe, when = _failsafe(endings, signals)
+    unfinished, clock = _unfinished(endings, signals)
+    return _fitted([*filter(None, (failsafe, unfinished)), _quiet(tests)], [clock, when])
 
 
 def _quiet(tests: Tests) -> str:
@@ -182,32 +183,33 @@ def _end_words(end: FlightEnd) -> str:
     return f"The log ends in the air {clock}" if end.how == "in_air" else f"Landed {clock}"
 
 
-def _failsafe(endings: Sequence[Ending], signals: Signals) -> str:
-    """Return the first failsafe of a flight that ended after one, "" without."""
+def _failsafe(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
+    """Return the first failsafe of a flight that ended after one, and its time; "" without."""
     for ending in endings:
         if ending.end.how == "failsafe":
             flight = signals.flights[ending.end.flight]
             low, high = flight.airborne
             said = next(e for e in signals.events if is_failsafe(e) and low <= e.t <= high)
             text = re.sub(r"[_<>=]+", " ", said.text)[:60].strip()
-            return f'The autopilot reported "{text}" {_time(said.t)} into the log.'
-    return ""
+            when = f" {_time(said.t)} into the log"
+            return f'The autopilot reported "{text}"{when}.', when
+    return "", ""
 
 
-def _unfinished(endings: Sequence[Ending], signals: Signals) -> str:
-    """Return that the log ends in the air, "" where it does not: what happened then is not in it.
+def _unfinished(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
+    """Return that the log ends in the air, and when, "" where it does not.
 
     Whether the recording was cut off or the power was, nothing in the log tells.
     """
     if not endings or not _is_cut_off(endings[-1].end, signals):
-        return ""
+        return "", ""
     end = endings[-1].end
-    height = ""
+    height, clock = "", f" (log {end.at:.1f} s)"
     if signals.height is not None:
         known = signals.height[(signals.t > end.at - LAST_S) & (signals.t <= end.at)]
         known = known[np.isfinite(known)]
         height = f" at {known[-1] + 0.0:.0f} m" if len(known) else ""
-    return f"The log ends in the air{height} (log {end.at:.1f} s)."
+    return f"The log ends in the air{height}{clock}.", clock
 
 
 def _is_cut_off(end: FlightEnd, signals: Signals) -> bool:

@@ -161,6 +161,15 @@ def test_a_failsafe_does_not_hide_that_the_log_ends_in_the_air():
     assert "ends in the air" not in answer({}, ends=end, flights=landed, events=said).verdict
 
 
+def test_a_long_report_of_the_autopilot_cuts_no_sentence_off():
+    said = [Event(50.0, "failsafe", "Failsafe " + 60 * "x")]
+    end = (FlightEnd(0, "failsafe", 90.0),)
+    found = answer({SKY: [(40, 41)]}, ends=end, flights=FLYING, events=said)
+    assert len(found.verdict) <= MOST_LETTERS
+    assert "The log ends in the air" in found.verdict
+    assert found.verdict.endswith("well enough.")
+
+
 def test_moments_beyond_a_threshold_are_not_called_health():
     alarms = alarms_of(BANK, {}, ends=(FlightEnd(0, "landed", 90.0),), flights=CRASH)
     state = alarms.state.copy()
