@@ -8,7 +8,7 @@ log does not tell is not drawn: its motors are labels.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from math import cos, hypot, pi, sin
 from typing import Final
 
@@ -37,6 +37,7 @@ STATES: Final = {
     "open": "neither accused nor cleared",
     "untested": "this telemetry cannot show it",
 }
+_HUB: Final = f'<rect class="hull" x="{MIDDLE - 27}" y="118" width="54" height="64" rx="14"/>'
 _WINGED: Final = ("plane", "vtol")
 _PLANE: Final = (
     '<path class="hull" d="M190 22c12 0 17 20 17 48l0 34 126 26 0 30-126-4-5 66 46 20 0 20-58-6'
@@ -69,19 +70,18 @@ def airframe_svg(analysis: Analysis) -> str:
     components = analysis.system.components
     log = analysis.log
     motors = motors_of(log.parameters, log.autopilot, log.vehicle)
-    drawn: set[str] = set()
-    if motors:
-        picture = list(_multicopter(motors, states))
-        drawn = {f"motor_{motor.number}" for motor in motors}
-    elif log.vehicle in _WINGED:
-        picture = [_PLANE]
-        for name, paths in _SURFACES.items():
-            if name in components:
-                drawn.add(name)
-                picture += [_part(name, path, states) for path in paths]
-        picture += list(_plane_words(states, drawn))
-    else:
-        picture = []
+    places = _places(motors)
+    drawn = {f"motor_{motor.number}" for motor in motors}
+    picture = [f'<path class="arm" d="M{MIDDLE} 150L{x:.0f} {y:.0f}"/>' for x, y in places]
+    if log.vehicle in _WINGED:
+        own = [name for name in _SURFACES if name in components]
+        picture.append(_PLANE)
+        picture += [_part(name, path, states) for name in own for path in _SURFACES[name]]
+        picture += _plane_words(states, set(own))
+        drawn.update(own)
+    elif motors:
+        picture.append(_HUB)
+    picture += _motors(motors, places, states)
     top = TALL if picture else 8
     rest = [name for name in components if name not in drawn and name not in HIDDEN]
     order = list(STATES)
@@ -103,11 +103,9 @@ def airframe_svg(analysis: Analysis) -> str:
     )
 
 
-def _multicopter(motors: tuple[Motor, ...], states: dict[str, str]) -> Iterator[str]:
-    places = _places(motors)
-    for x, y in places:
-        yield f'<path class="arm" d="M{MIDDLE} 150L{x:.0f} {y:.0f}"/>'
-    yield f'<rect class="hull" x="{MIDDLE - 27}" y="118" width="54" height="64" rx="14"/>'
+def _motors(
+    motors: tuple[Motor, ...], places: Sequence[tuple[float, float]], states: Mapping[str, str]
+) -> Iterator[str]:
     apart = [hypot(a - x, b - y) for i, (a, b) in enumerate(places) for x, y in places[:i]]
     radius = min(RADIUS, int(min(apart) / 2) - 1) if apart else RADIUS  # none covers another
     for motor, (x, y) in zip(motors, places, strict=True):
@@ -163,8 +161,8 @@ def _part(name: str, path: str, states: dict[str, str]) -> str:
 def _plane_words(states: dict[str, str], drawn: set[str]) -> Iterator[str]:
     places = {
         "aileron": (104, 182),
-        "elevator": (276, 258),
-        "rudder": (244, 224),
+        "elevator": (190, 284),
+        "rudder": (154, 212),
         "engine": (248, 30),
         "airspeed": (314, 106),
     }

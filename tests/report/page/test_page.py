@@ -290,6 +290,14 @@ def test_a_winged_vehicle_whose_motors_are_not_known_is_drawn_with_wings(
         assert drawn.count('<path class="hull"') == wings
 
 
+def test_an_aeroplane_that_rotors_lift_is_drawn_with_wings_and_motors(analysis: Analysis) -> None:
+    frame = {"Q_ENABLE": 1.0, "Q_FRAME_CLASS": 1.0, "Q_FRAME_TYPE": 1.0}
+    log = replace(analysis.log, vehicle="vtol", parameters=frame)
+    drawn = airframe_svg(replace(analysis, log=log))
+    assert drawn.count('<path class="hull"') == 1
+    assert drawn.count("<circle") == 4
+
+
 @pytest.mark.parametrize("frame_class", [4.0, 5.0])
 def test_motors_on_one_arm_do_not_cover_each_other(analysis: Analysis, frame_class: float) -> None:
     frame = {"FRAME_CLASS": frame_class, "FRAME_TYPE": 1.0}
