@@ -25,8 +25,8 @@ from fdi.windows import runs_of
 
 SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
 """(strength, share of the persistence that is enough beyond it)."""
-ENDED: Final = 0.5
-"""Share of a mean beyond its threshold that marks where it ended."""
+BEGUN: Final = 0.5
+"""Share of a mean beyond its threshold that marks where it began."""
 
 
 def judge(
@@ -53,10 +53,10 @@ def judge(
     off, size = told.strayed(residuals.values)
     scales = np.where(told.stated, 1.0, scale)[:, None]
     threshold = bounds.tolerance + scales * bounds.noise
+    beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
     ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
     count = max(2, round(recipe.mean_s * rate_hz))
-    level = trailing_mean(ratio, count, round(KNOWN_SHARE * count))
-    mean = level * bounds.mean_spread
+    mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count)) * bounds.mean_spread
     mean_threshold = scales * bounds.mean_bound
     state = states(size, threshold)
     state[told.unfit] = UNKNOWN
@@ -68,7 +68,7 @@ def judge(
     # without a stated spread nothing says how much beyond a threshold is much
     graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
     sudden, known_sudden = _sudden(graded, state, least)
-    lasting, known_lasting = _lasting(ratio, slow, level, count)
+    lasting, known_lasting = _lasting(beyond, slow, mean, count)
     relative, scattered = _scatter(off, bounds, rate_hz)
     most = recipe.scatter_most or np.inf
     wild = scattered / most
@@ -121,58 +121,29 @@ def _sudden(
 
 
 def _lasting(
-    values: NDArray[np.float64],
+    beyond: NDArray[np.float64],
     strength: NDArray[np.float64],
     mean: NDArray[np.float64],
     count: int,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return where a mean is beyond its threshold, from beginning to end, and where certainly.
-
-    ``mean`` is that of the last ``count`` of the values; it begins late, and ends late.
-    """
+    """Return where a mean is beyond its threshold, from beginning to end, and where certainly."""
     with np.errstate(invalid="ignore"):
         over = strength > 1.0
     alarm, certain = np.zeros(over.shape, bool), np.zeros(over.shape, bool)
     for row in np.flatnonzero(over.any(axis=1)):
         for start, stop in runs_of(over[row]):
+            # half of what the mean has reached, seen over a short while, bounds it on both sides
             low = max(0, start - 2 * count)
-            side = np.sign(mean[row, start]) * values[row, low:stop]
-            first = low + changed(side[: start - low + 1])
-            # half of what the mean has reached, seen over a short while, bounds it at its end
-            short = trailing_mean(side[None], max(1, count // 6), 1)[0, start - low :]
-            there = np.flatnonzero(short > ENDED * abs(mean[row, start]))
+            side = np.sign(mean[row, start]) * beyond[row, low:stop]
+            short = trailing_mean(side[None], max(1, count // 6), 1)[0]
+            is_there = short > BEGUN * abs(mean[row, start])
+            before = np.flatnonzero(~is_there[: start - low + 1])
+            first = low + (int(before[-1]) + 1 if len(before) else 0)
+            there = np.flatnonzero(is_there[start - low :])
             last = int(start + there[-1] if len(there) else start)
-            alarm[row, first : last + 1] = True
+            alarm[row, min(first, last) : last + 1] = True
             certain[row, start : last + 1] = True
     return alarm, certain
-
-
-def changed(values: NDArray[np.float64]) -> int:
-    """Return from where on values are most likely about some level above zero, before about zero.
-
-    Parameters
-    ----------
-    values : (n,) float
-        NaN is unknown.
-
-    Notes
-    -----
-    The likelihood ratio of a step, of white noise, is the squared sum of what follows it over the
-    number of samples. What was there before counts where it is more than half of that level.
-
-    References
-    ----------
-    Willsky, Jones, IEEE Trans. AC 21(1), 1976; Basseville, Nikiforov, 1993, section 2.6.
-
-    Examples
-    --------
-    >>> changed(np.array([0.0, 1.0, 0.0, 4.0, np.nan, 3.0, 5.0]))
-    3
-    """
-    known = np.isfinite(values)[::-1]
-    total = np.cumsum(np.where(known, values[::-1], 0.0))
-    gain = np.maximum(total, 0.0) ** 2 / np.maximum(np.cumsum(known), 1)
-    return len(values) - 1 - int(np.argmax(gain))
 
 
 def states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArray[np.int8]:

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from fdi.decision.bounds import learn
 from fdi.decision.detectors import DETECTORS
-from fdi.decision.judging import changed, persistent
+from fdi.decision.judging import persistent
 from fdi.decision.noise import trailing_mean
 from fdi.model.parts import Kind
 from fdi.telemetry.airtime import airborne_mask, reference_mask
@@ -519,28 +518,6 @@ def test_small_offset_that_lasts_is_an_alarm_from_about_its_beginning_to_its_end
     sure = np.flatnonzero(alarms.certain[0])[0]
     assert 2 * RATE <= sure - 5 * MINUTE <= 10 * RATE
     assert np.nanmax(np.abs(alarms.mean[0])) == pytest.approx(2.0, abs=0.5)
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("size", [3.0, 4.5])
-def test_offset_begins_with_its_step_though_something_wandered_before(size, seed):
-    """What lay on the same side, far below, is no part of it: a larger fault begins no sooner."""
-    means = replace(DEFAULT, decision=replace(RECIPE, sigmas=50.0))
-    values = 0.3 * noise(10 * MINUTE, seed)
-    values[5 * MINUTE - 10 * LEAST : 5 * MINUTE] += 0.7
-    values[5 * MINUTE : 6 * MINUTE] += size
-    (alarm,) = means.decide(residuals(values)).alarm
-    assert abs(int(np.argmax(alarm)) - 5 * MINUTE) <= 1
-
-
-@given(hnp.arrays(float, st.integers(1, 20), elements=st.floats(-9, 9) | st.just(np.nan)))
-def test_change_is_the_likeliest_beginning_of_a_step(values):
-    def gain(first):
-        own = values[first:][np.isfinite(values[first:])]
-        return max(own.sum(), 0.0) ** 2 / len(own) if len(own) else 0.0
-
-    found = changed(values)
-    assert gain(found) == pytest.approx(max(gain(k) for k in range(len(values))))
 
 
 @pytest.mark.parametrize(("size", "samples"), [(4.0, 6), (6.0, 3), (15.0, 2)])
