@@ -20,6 +20,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -72,7 +73,7 @@ def seen(label: Label) -> Seen | None:
     first = min(right, key=lambda one: one.alarm)
     kinds = {fault.kind for fault in label.faults}
     return Seen(
-        label.source,
+        "/".join(Path(label.source).parts[-2:]),
         label.key,
         "ramps" if "ramp" in kinds else "steps",
         any(fault.component.startswith("motor_") for fault in label.faults),
