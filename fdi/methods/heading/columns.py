@@ -10,6 +10,9 @@ and the same likelihood judge it as any test.
 - ``compass_against_gravity``: the field against gravity and against gyroscopes, no estimator in it
 - ``gyroscope_alone``: heading against compass and estimator, confirmed by the field
 - ``gyroscope_against_gravity``: turns against gravity and against the field
+- ``gyroscope_against_course``: on wings, turns against compass and course through the air, no
+  estimator in it (``course.py``). Neither of these two is accused so: a compass may deviate on
+  another heading, and a vehicle that slips flies where its nose does not point
 - ``forces``: specific force against the receiver's velocity (``forces.py``)
 - ``forces_beyond_turns``: the same at any heading, less what gyroscopes make of gravity that the
   field contradicts
@@ -25,6 +28,7 @@ import numpy as np
 
 from fdi.errors import LogError
 from fdi.methods.columns import Columns, Method
+from fdi.methods.heading.course import course_pairs
 from fdi.methods.heading.forces import beyond_turns, force_pair
 from fdi.methods.heading.increments import WINDOW_S, Pair, heading_pairs, sensor_pairs
 from fdi.methods.heading.motion import Ride, ride_of
@@ -40,6 +44,7 @@ FIELDS: Final = (
     "compass_against_gravity",
     "gyroscope_alone",
     "gyroscope_against_gravity",
+    "gyroscope_against_course",
     "forces",
     "forces_beyond_turns",
     TWINS,
@@ -88,17 +93,20 @@ def _of_ride(log: Log, ride: Ride, grid: Floats) -> Mapping[str, Floats]:
         "compass_against_gravity": _odd((field_gravity, field), gyro_gravity),
         "gyroscope_alone": _odd((compass_gyro, gyro_estimator, field), compass_estimator),
         "gyroscope_against_gravity": _odd((gyro_gravity, field), field_gravity),
-        "forces": np.full(grid.size, np.nan),
-        "forces_beyond_turns": np.full(grid.size, np.nan),
         TWINS: _twins(log, ride, grid),
     }
+    courses = course_pairs(ride, grid)
+    if courses is not None:
+        compass_gyro, compass_course, gyro_course = (_far(pair) for pair in courses)
+        found["gyroscope_against_course"] = _odd((compass_gyro, gyro_course), compass_course)
     forces = force_pair(ride, grid)
     lengths = force_pair(ride, grid, any_heading=True)
     if forces is not None and lengths is not None:
         found["forces"] = _far(forces)
         if np.isfinite(leant[2].off).any():
             found["forces_beyond_turns"] = _far(beyond_turns(lengths, leant[2]))
-    return found
+    unknown = np.full(grid.size, np.nan)
+    return {name: found.get(name, unknown) for name in FIELDS}
 
 
 def _far(pair: Pair) -> Floats:

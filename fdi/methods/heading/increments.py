@@ -100,8 +100,33 @@ class Pair:
         return np.where(np.isfinite(self.off) & np.isfinite(self.sigma), apart, np.nan)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Turn:
+    """How far a source turned about the vertical over windows, (n,) rad, with its deviation."""
+
+    by: Floats
+    sigma: Floats
+
+
 def heading_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[Pair, Pair, Pair]:
     """Return compass-gyroscope, compass-estimator, gyroscope-estimator over a window, s."""
+    turned = turns(ride, grid, length)
+    return (
+        turned_apart(ride, grid, "compass-gyroscope", turned),
+        turned_apart(ride, grid, "compass-estimator", turned),
+        turned_apart(ride, grid, "gyroscope-estimator", turned),
+    )
+
+
+def turned_apart(ride: Ride, grid: Floats, name: str, turned: Mapping[str, Turn]) -> Pair:
+    """Return the pair of two sources, ``compass-gyroscope``, by how far each turned."""
+    one, other = (turned[source] for source in name.split("-"))
+    sigma = np.hypot(one.sigma, other.sigma)
+    return pair_of(ride, grid, name, wrap(one.by - other.by), sigma)
+
+
+def turns(ride: Ride, grid: Floats, length: float) -> dict[str, Turn]:
+    """Return how far compass, gyroscope and estimator turned about the vertical over a window."""
     before = grid - length
     angles = ride.angles
     if angles is None:
@@ -114,22 +139,12 @@ def heading_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[P
     for own in (gyro, compass):
         own[gap] = np.nan
     estimator = change(ride.t, angles[2], grid, before)
-    by_gyro = np.hypot(between, drifted(length))
-    by_compass = np.sqrt(doubt**2 + STATED["compass"] ** 2)
-    by_estimator = np.hypot(STATED["estimator"], _sampled_late(ride, turned[2], grid, before))
-    return (
-        pair_of(
-            ride, grid, "compass-gyroscope", wrap(compass - gyro), np.hypot(by_compass, by_gyro)
-        ),
-        pair_of(
-            ride, grid, "compass-estimator",
-            wrap(compass - estimator), np.hypot(by_compass, by_estimator),
-        ),
-        pair_of(
-            ride, grid, "gyroscope-estimator", wrap(gyro - estimator),
-            np.hypot(by_gyro, by_estimator),
-        ),
-    )  # fmt: skip
+    late = _sampled_late(ride, turned[2], grid, before)
+    return {
+        "compass": Turn(compass, np.hypot(doubt, STATED["compass"])),
+        "gyroscope": Turn(gyro, np.hypot(between, drifted(length))),
+        "estimator": Turn(estimator, np.hypot(STATED["estimator"], late)),
+    }
 
 
 def drifted(length: float) -> float:
