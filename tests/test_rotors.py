@@ -65,8 +65,9 @@ class Turning(Flight):
         currents = [0] * 4
         if self.measures:
             noise = 1 + 0.3 * np.sin(7.0 * tick + np.arange(4))  # one of these is no mean
-            drawn = 8.0 * (rates / MOST) ** 3 * noise * [1.1, 0.9, 1.0, 1.0]
+            drawn = 20.0 * (rates / MOST) ** 3 * noise * [1.1, 0.9, 1.0, 1.0]
             drawn[self.motor - 1] *= self.draws if failed else 1.0
+            drawn += [0.0, 0.2, 0.4, 0.1]  # their zeros
             currents = [round(100 * c) if i in told else 0 for i, c in enumerate(drawn, 1)]
         last = int(ONSET * self.rate) - 1
         counts = [min(tick, last) if i in self.silent else tick for i in ALL]
@@ -124,6 +125,7 @@ def test_a_motor_that_turns_otherwise_for_its_output_is_named(turns, tmp_path):
         Turning(),
         Turning(every=5),
         Turning(measures=True, counts=True),
+        Turning(measures=True, down_too=0.8),
         Turning(turns=0.0, down_too=0.9),  # told to stop, and so it does: it obeys
     ],
 )
