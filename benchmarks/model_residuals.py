@@ -1,12 +1,13 @@
 """How do the residuals of the shipped models behave while nothing is wrong?
 
-    .venv/bin/python benchmarks/model_residuals.py [FOLDER] [--write]
+    .venv/bin/python benchmarks/model_residuals.py [--closed-loop DIR] [--write]
 
-In: a folder of labelled flights (``labels.json``), by default ../shared/flights beside the
-repository; of these the ``.tlog`` flights that are labelled without a fault, for diagnosis, by a
-quadcopter or an aeroplane. Out: the Markdown tables of ``docs/models.md``, for each model what its
-residuals and its limits show over all these flights, and whom the default policy accuses. With
-``--write`` they replace what ``docs/models.md`` holds between its two marks.
+In: the flights of ../shared beside the repository, those of the archive of closed loops among them;
+of these the ``.tlog`` flights that are labelled without a fault, for diagnosis, by a quadcopter, an
+aeroplane or a VTOL. Out: the Markdown tables of ``docs/models.md``, for each model what its
+residuals and its limits show over all these flights, and whom the default policy accuses. A VTOL is
+judged as an aeroplane too: its tables hold what the aeroplane's do not. With ``--write`` they
+replace what ``docs/models.md`` holds between its two marks.
 
 Everything is taken in flight: from take-off to landing, impact or the label's ``evaluate_until``. A
 residual is counted after its centre is taken off, as the policy does. For a limit the residual is
@@ -15,15 +16,17 @@ zero inside the bound and says nothing, so the second table shows how much is le
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
 import json
 import sys
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from evaluation import LABELS, ROOT, closed_loop, missing, put
 from numpy.typing import NDArray
 
 import fdi
@@ -39,12 +42,11 @@ from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
 from fdi.units import customary
 
-ROOT = Path(__file__).resolve().parents[1]
-FLIGHTS = ROOT.parent / "shared" / "flights"
 DOCUMENT = ROOT / "docs" / "models.md"
-MARKS = "<!-- residuals: begin -->", "<!-- residuals: end -->"
 ORIGINS = ("simulated", "recorded")
-MODELS = {"quad": "quadcopter", "plane": "fixed_wing"}
+VEHICLES = ("quad", "plane", "vtol")
+EXTENDED = {"vtol": "fixed_wing"}
+"""Models by those whose statements they hold as well."""
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 
@@ -65,13 +67,14 @@ class Pool:
     alarms: int = 0
 
 
-def healthy_flights(folder: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def healthy_flights(folders: Iterable[Path]) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     """Yield path and label of the healthy flights, in the order of their paths."""
-    labels = json.loads((folder / "labels.json").read_text(encoding="utf-8"))["flights"]
-    for path, label in sorted(labels.items()):
-        wanted = label["use"] == "diagnosis" and not label["faults"]
-        if wanted and path.endswith(".tlog") and label["vehicle"] in MODELS:
-            yield path, label
+    for folder in folders:
+        labels = json.loads((folder / LABELS.name).read_text(encoding="utf-8"))["flights"]
+        for path, label in sorted(labels.items()):
+            wanted = label["use"] == "diagnosis" and not label["faults"]
+            if wanted and path.endswith(".tlog") and label["vehicle"] in VEHICLES:
+                yield folder / path, label
 
 
 def name_of(generator: Generator, system: System) -> str:
@@ -252,15 +255,15 @@ def limit_table(pools: Mapping[str, Pool], alarms: Mapping[str, int]) -> str:
     return head + "\n".join(lines)
 
 
-def tables(folder: Path) -> Iterator[str]:
-    """Yield the paragraphs and tables of both models."""
+def tables(folders: Iterable[Path]) -> Iterator[str]:
+    """Yield the paragraphs and tables of all models."""
     residuals: dict[str, dict[str, Pool]] = defaultdict(dict)
     limits: dict[str, dict[str, Pool]] = defaultdict(dict)
     accused: dict[str, list[str]] = defaultdict(list)
     hours: dict[str, float] = defaultdict(float)
     count: dict[str, int] = defaultdict(int)
-    for path, label in healthy_flights(folder):
-        analysis = fdi.analyze(folder / path)
+    for path, label in healthy_flights(folders):
+        analysis = fdi.analyze(path)
         model, until = analysis.airframe.name, label["evaluate_until"]
         within = spans(analysis.log, analysis.signals.t, until)
         add_residuals(analysis, within, residuals[model], label["origin"])
@@ -268,7 +271,7 @@ def tables(folder: Path) -> Iterator[str]:
         count[model] += 1
         hours[model] += sum(max(0.0, end - start) for start, end in within) / 3600
         accused[model] += [
-            f"`{path}` {finding.component} from {finding.onset:.1f} s"
+            f"`{path.parent.name}/{path.name}` {finding.component} from {finding.onset:.1f} s"
             for finding in analysis.findings
             if until is None or finding.onset < until
         ]
@@ -281,26 +284,27 @@ def tables(folder: Path) -> Iterator[str]:
                 raised[limit] += pools[name].alarms
         yield f"### {model}"
         yield f"{count[model]} healthy flights, {hours[model]:.2f} h in the air."
-        yield residual_table({n: p for n, p in pools.items() if not limit_of[n]})
-        yield limit_table(limits[model], raised)
+        other = EXTENDED.get(model, "")
+        known = {*residuals.get(other, {}), *limits.get(other, {})}
+        yield residual_table({n: p for n, p in pools.items() if not limit_of[n] and n not in known})
+        yield limit_table({n: p for n, p in limits[model].items() if n not in known}, raised)
         yield "Accused: " + ("; ".join(accused[model]) or "nobody") + "."
 
 
 def main() -> int:
-    """Print the tables, or write them into the document."""
-    arguments = [a for a in sys.argv[1:] if a != "--write"]
-    folder = Path(arguments[0]) if arguments else FLIGHTS
-    if not (folder / "labels.json").is_file():
-        print(f"skipped: {folder / 'labels.json'} is not here")
+    """Print the tables, and write them where that is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--write", action="store_true", help="put them into docs/models.md")
+    parser.add_argument("--closed-loop", type=Path, metavar="DIR", help="the archive, unpacked")
+    given = parser.parse_args()
+    if reason := missing(given.closed_loop):
+        print(f"skipped: {reason}")
         return 0
-    text = "\n\n".join(tables(folder))
-    if "--write" not in sys.argv:
-        print(text)
-        return 0
-    before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(MARKS[0])
-    _, _, after = rest.partition(MARKS[1])
-    whole = f"{before}{MARKS[0]}\n\n{text}\n\n{MARKS[1]}{after}"
-    DOCUMENT.write_text(whole, encoding="utf-8")
+    with closed_loop(given.closed_loop) as others:
+        text = "\n\n".join(tables([LABELS.parent, others]))
+    print(text)
+    if given.write:
+        put(text, "residuals", DOCUMENT)
     return 0
 
 

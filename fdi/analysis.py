@@ -196,7 +196,9 @@ def _stopped(log: Log, system: System) -> Iterator[str]:
     for source, t in sorted(used.items(), key=lambda item: float(item[1][-1:].sum())):
         if len(t) >= LEAST_RECORDS and end - t[-1] > max(STOPPED_S, 5 * np.median(np.diff(t))):
             near = next((at for at in stops if t[-1] - at <= STOPPED_S), float(t[-1]))
-            stops.setdefault(near, set()).add(recorded_message(source))
+            told_by = recorded_message(source)
+            goes_on = told_by in log and log[told_by].t[-1] - t[-1] > STOPPED_S
+            stops.setdefault(near, set()).add(source if goes_on else told_by)
     for at, names in stops.items():
         stop, show = ("stops", "it shows") if len(names) == 1 else ("stop", "they show")
         yield (

@@ -112,8 +112,12 @@ NO_RATES = dict.fromkeys(
         for name, what in (
             ("rot", ""),
             ("spn", ""),
+            ("lds", ""),
+            ("sil", ""),
             ("motor", "_stands_still"),
             ("motor", "_turns_otherwise"),
+            ("motor", "_draws_otherwise"),
+            ("motor", "_is_silent"),
         )
     ),
     "simulated motor controllers say nothing, or that nothing turns",

@@ -338,6 +338,7 @@ def _limit(name: str, definition: Definition, draft: _Draft) -> Equation | None:
             solves=frozenset(entry.solves or ()),
             component=entry.component,
             suspects=tuple(entry.suspects),
+            supports=entry.supports,
             always=entry.always,
             command=entry.command,
             elapsed=entry.elapsed,

@@ -163,7 +163,8 @@ def is_present(
         elif message.made_from is None:  # otherwise the log has no such message at all
             warnings.append(f"{channel}: this log has no field {', '.join(missing)}")
         return False
-    if measurement.silence and log.format == "tlog" and log.autopilot != "px4":
+    streamed = log.format == "tlog" and log.autopilot != "px4" and message.made_from is None
+    if measurement.silence and streamed:
         return False  # ArduPilot sends its streams whatever its sensors do: who stopped one is told
     if measurement.value is not None or measurement.raw:
         return True

@@ -152,6 +152,7 @@ class LimitEntry(_Entry):
     suspects: list[Name] = []
     when: str | None = None
     solves: list[Name] | None = None
+    supports: bool = False
     always: bool = False
     command: bool = False
     elapsed: bool = False

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.events import Event, Flight, flight_state
+from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.message import Message
 
 Floats = NDArray[np.float64]
@@ -50,7 +51,6 @@ STOP: Final = 5.0
 FALLING: Final = 2.0
 """m/s: who sinks faster with idle rotors falls."""
 
-_ROTORS: Final = {"quad": 4, "hexa": 6, "octa": 8}
 _FREE: Final = ("ACRO", "FLIP", "SPORT", "MANUAL", "STUNT", "TRAINING", "THROW", "RATTITUDE")
 """Modes, in part or whole, in which a pilot may turn the vehicle over."""
 
@@ -98,11 +98,15 @@ def find_ends(
     messages: Mapping[str, Message],
     events: Sequence[Event],
     flights: Sequence[Flight],
-    vehicle: str,
+    *,
+    has_rotors: bool,
 ) -> tuple[FlightEnd, ...]:
-    """Return how every flight ends, in the order of time."""
+    """Return how every flight ends, in the order of time.
+
+    ``has_rotors``: it is a multicopter, which flies neither upside down nor without its motors.
+    """
     return tuple(
-        _end(number, flight, messages, events, flights, vehicle)
+        _end(number, flight, messages, events, flights, has_rotors=has_rotors)
         for number, flight in enumerate(flights)
     )
 
@@ -118,12 +122,13 @@ def _end(
     messages: Mapping[str, Message],
     events: Sequence[Event],
     flights: Sequence[Flight],
-    vehicle: str,
+    *,
+    has_rotors: bool,
 ) -> FlightEnd:
     if not flight.flew:
         return FlightEnd(number, "on_ground", flight.end)
     low, high = flight.airborne
-    lost, by, over = _lost_control(messages, events, flights, flight, vehicle)
+    lost, by, over = _lost_control(messages, events, flights, flight, has_rotors=has_rotors)
     if flight.impact is not None:
         return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
     if lost is not None:
@@ -138,13 +143,14 @@ def _lost_control(
     events: Sequence[Event],
     flights: Sequence[Flight],
     flight: Flight,
-    vehicle: str,
+    *,
+    has_rotors: bool,
 ) -> tuple[float | None, LostBy | None, float | None]:
     """Return since when control is lost to the end, s, how that shows, since when it is over."""
     low, high = flight.airborne
-    found, over = _upset(messages, events, flights, low, high, has_rotors=vehicle in _ROTORS)
-    if vehicle in _ROTORS and flight.landing is None:
-        stopped = _motors_stopped(messages, low, high, _ROTORS[vehicle])
+    found, over = _upset(messages, events, flights, low, high, has_rotors=has_rotors)
+    if has_rotors and flight.landing is None:
+        stopped = _motors_stopped(messages, low, high)
         if stopped is not None:
             found.append((stopped, "stop"))
     return (*min(found, key=lambda one: one[0], default=(None, None)), over)
@@ -212,21 +218,17 @@ def _down(roll: Floats, pitch: Floats) -> Floats:
     return np.array([-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)])
 
 
-def _motors_stopped(
-    messages: Mapping[str, Message], low: float, high: float, rotors: int
-) -> float | None:
+def _motors_stopped(messages: Mapping[str, Message], low: float, high: float) -> float | None:
     """Return since when all motors stand still in a fall, to the end."""
-    outputs, climb = messages.get("SERVO_OUTPUT_RAW"), messages.get("VFR_HUD")
-    names = [f"servo{i}_raw" for i in range(1, rotors + 1)]
-    if outputs is None or climb is None or "climb" not in climb:
+    motors, climb = messages.get(MOTORS), messages.get("VFR_HUD")
+    if motors is None or climb is None or "climb" not in climb:
         return None
-    if any(name not in outputs for name in names):
-        return None
-    inside = (outputs.t >= low) & (outputs.t <= high)
-    t = outputs.t[inside]
+    inside = (motors.t >= low) & (motors.t <= high)
+    t = motors.t[inside]
     if t.size < 3:
         return None
-    us = np.array([outputs.si(name)[inside] for name in names])
+    # as they were sent: an output of 0 is a stop here, and not unknown
+    us = np.array([motors.raw(name)[motors.kept][inside] for name in motors.fields])
     sinking = -np.interp(t, climb.t, climb.si("climb"))
     with np.errstate(invalid="ignore"):
         still = (us <= us.min(axis=1, keepdims=True) + STOP).all(axis=0)

@@ -26,6 +26,7 @@ from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
 from fdi.telemetry.lift import lift_events
 from fdi.telemetry.message import Floats, Message
+from fdi.telemetry.motors import ROTORS
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.sensors import sensor_events
 from fdi.telemetry.signals import Material, Request, Sampling, Signals, resample
@@ -202,7 +203,10 @@ class Log:
     def ends(self) -> tuple[FlightEnd, ...]:
         """How each flight ends, in the order of time."""
         if "ends" not in self._cache:
-            self._cache["ends"] = find_ends(self.messages, self.events, self.flights, self.vehicle)
+            has_rotors = self.vehicle in ROTORS or bool(self.frame)  # named frames have rotors
+            self._cache["ends"] = find_ends(
+                self.messages, self.events, self.flights, has_rotors=has_rotors
+            )
         found: tuple[FlightEnd, ...] = self._cache["ends"]
         return found
 

@@ -382,6 +382,41 @@ def test_two_sigma_hold_the_truth_as_often_as_they_say():
     assert 0.9 <= np.mean(held) <= 0.99
 
 
+def held(blocks_with, values):
+    """Return how often two standard errors hold the values."""
+    random, found = np.random.default_rng(7), []
+    for _ in range(300):
+        fit = fit_linear(blocks_with(random, values), np.full(len(values), 10.0))
+        found.append(np.abs(fit.value - values) <= 2 * fit.std)
+    return np.mean(found)
+
+
+def test_blocks_that_tell_most_and_err_most_make_no_value_too_sure():
+    """A few turns in a calm flight: rates between records err as the turns themselves."""
+
+    def turning(random, values):
+        turns = np.where(np.arange(20) % 5 < 2, 1.0, 0.1)
+        slopes = random.normal(size=20) * turns
+        err = np.hypot(0.2, 0.3 * slopes) * random.normal(size=20)
+        return np.column_stack([-slopes * values[0] + err, slopes])
+
+    assert held(turning, np.array([0.5])) >= 0.85
+
+
+def test_neighbouring_blocks_that_err_alike_count_as_fewer():
+    """Several slow parameters take away much of what neighbours have in common."""
+
+    def gusty(random, values):
+        t = np.linspace(0, 1, 20)
+        slopes = np.column_stack([np.ones(20), t, np.cos(np.pi * t), np.cos(2 * np.pi * t)])
+        err = random.normal(size=20)
+        for i in range(1, 20):
+            err[i] += 0.5 * err[i - 1]
+        return np.column_stack([-slopes @ values + 0.1 * err, slopes])
+
+    assert held(gusty, np.array([0.5, -0.2, 0.1, 0.3])) >= 0.9
+
+
 def test_halves_that_agree_leave_the_deviation_alone():
     random = np.random.default_rng(2)
     blocks = blocks_of(random, 20, np.array([0.5]), 0.1)

@@ -1,6 +1,7 @@
 """How a flight ends: with a blow, out of control, landed, in the air."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +19,16 @@ class Made(dict):
     """A message of columns in SI: what `find_ends` asks of one."""
 
     t = T
+    kept = np.arange(T.size)
 
     def si(self, name):
         return self[name]
+
+    raw = si
+
+    @property
+    def fields(self):
+        return tuple(self)
 
 
 def ends(flight=UP, vehicle="quad", mode="LOITER", events=(), **columns):
@@ -33,11 +41,10 @@ def ends(flight=UP, vehicle="quad", mode="LOITER", events=(), **columns):
             nav_roll=columns["nav_roll"], nav_pitch=level + 1e-3
         )
     if "outputs" in columns:
-        names = {f"servo{i}_raw": columns["outputs"] for i in range(1, 5)}
-        messages["SERVO_OUTPUT_RAW"] = Made(names)
+        messages["MOTORS"] = Made({f"motor_{i}": columns["outputs"] for i in range(1, 5)})
         messages["VFR_HUD"] = Made(climb=columns["climb"])
     said = [Event(0.0, "mode", mode), *events]
-    (end,) = find_ends(messages, said, [flight], vehicle)
+    (end,) = find_ends(messages, said, [flight], has_rotors=vehicle != "plane")
     return end
 
 
@@ -94,6 +101,17 @@ def test_a_fall_with_all_motors_at_their_stop_is_a_loss():
     falling = after(57.0, -1.0) * (T - 57.0) * 9.8
     assert ends(outputs=outputs, climb=falling).lost_control == pytest.approx(57.0, abs=0.11)
     assert ends(outputs=outputs, climb=np.zeros_like(T)).lost_control is None
+
+
+def test_a_frame_with_a_name_of_its_own_falls_like_any_other():
+    """A Y6 or an octaquad is ``other`` by its type, and its rotors carry it all the same."""
+    path = SHARED / "crash" / "motors_cut_in_air.ulg"
+    if not path.is_file():
+        pytest.skip("no ../shared")
+    log = read(path)
+    named = replace(log, vehicle="other", frame="Y6", _cache={})
+    assert named.ends == log.ends
+    assert log.ends[0].lost_by == "stop"
 
 
 def test_only_a_failsafe_that_acts_ends_a_flight_as_one():

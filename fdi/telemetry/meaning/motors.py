@@ -94,12 +94,24 @@ def with_motors(
         As in `Log`.
     """
     known = dict(messages)
-    if not lifting(parameters, autopilot, vehicle) or MOTORS in known or _SERVOS not in known:
+    if not lifting(parameters, autopilot, vehicle) or MOTORS in known:
         return known
-    base, field = known[_SERVOS], "servo{}_raw"
     wiring = wiring_of(messages, parameters, autopilot, vehicle)
-    if wiring.pattern == _AUX and _SECOND in known:
-        base, field = known[_SECOND], "output[{}]"
+    turning = {each.name: each for each in rotors(messages, wiring.outputs)}
+    given = _given(messages, parameters, autopilot, wiring)
+    made = {**turning, MOTORS: given} if given is not None else turning
+    return dict(sorted({**known, **made}.items()))
+
+
+def _given(
+    messages: Messages, parameters: Parameters, autopilot: str, wiring: Wiring
+) -> Message | None:
+    """Return what every motor is given, None where no output of one is known."""
+    base, field = messages.get(_SERVOS), "servo{}_raw"
+    if base is None:
+        return None
+    if wiring.pattern == _AUX and _SECOND in messages:
+        base, field = messages[_SECOND], "output[{}]"
     first = 1 if base.name == _SERVOS else 0
     columns: dict[str, Column] = {}
     for motor, outputs in wiring.outputs.items():
@@ -111,8 +123,7 @@ def with_motors(
             columns[f"motor_{motor}"] = _share(column, low, high)
     told = base.made_from or base.key
     made = replace(base, name=MOTORS, instance=None, columns=columns, made_from=told, _cache={})
-    turning = {each.name: each for each in rotors(messages, wiring.outputs)}
-    return dict(sorted({**known, **turning, MOTORS: made}.items())) if columns else known
+    return made if columns else None
 
 
 def unwired(

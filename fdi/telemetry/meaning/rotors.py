@@ -1,9 +1,10 @@
 """How fast does every motor turn, as its controller says?
 
 In: a log's messages, and which output drives which motor. Out: a message ``ROTOR_n`` for motor n,
-with ``rpm`` at the records of its own controller: in a DataFlash log every controller has its own,
-which end where it falls silent. A controller that never says that anything turns has no sensor, and
-no message.
+with ``rpm``, and with ``current`` where that is measured, at what its own controller reports: the
+message ends where the controller falls silent. In a DataFlash log every controller has its own
+records. Elsewhere one record tells of several, and repeats or sets to zero what is not reported
+anew. A controller that never says that anything turns has no sensor, and no message.
 
 ==========  ========================================================================================
 autopilot   which controller drives a motor
@@ -12,6 +13,10 @@ ArduPilot   the one of its output: ``ESC[Instance]`` counts from 0, ``ESC_TELEME
             is that of output 1 (AP_ESC_Telem)
 PX4         ``esc_status.esc[i].actuator_function`` 101 to 112, else the one of its own number
 ==========  ========================================================================================
+
+What is reported anew: PX4 stamps each controller's report (``esc[i].timestamp``). ArduPilot counts
+the reports of each (``count[0]``, with which no rate by bidirectional DShot is counted), and sends
+a rate of 0 for a controller that it has not heard of for a second (AP_ESC_Telem::get_rpm).
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.telemetry.message import Message
 from fdi.telemetry.motors import MOST
@@ -31,6 +37,7 @@ _OWN: Final = "ESC"
 _TOLD: Final = ("ESC_TELEMETRY_1_TO_4", "ESC_TELEMETRY_5_TO_8", "ESC_TELEMETRY_9_TO_12")
 _STATUS: Final = "esc_status"
 _FUNCTION: Final = "esc[{}].actuator_function"
+_STAMP: Final = "esc[{}].timestamp"
 _MOTOR_1: Final = 101
 _CONTROLLERS: Final = 8  # in a record of esc_status
 
@@ -60,16 +67,44 @@ def _rotor(messages: Messages, motor: int, number: int) -> Message | None:
     """Return the message of a motor that a controller drives, counted from 1."""
     if not number:
         return None
+    place = (number - 1) % 4
     own = messages.get(_OWN if number == 1 else f"{_OWN}[{number - 1}]")
     told = messages.get(_TOLD[(number - 1) // 4]) if number <= 4 * len(_TOLD) else None
-    for message, field in ((own, "RPM"), (told, f"rpm[{(number - 1) % 4}]")):
-        if message is not None and field in message:
-            name, key = _ROTOR.format(motor), message.made_from or message.key
-            columns = {"rpm": message.columns[field]}
-            return Message(
-                name, None, message.t, message.stamp, message.kept, columns, made_from=key
-            )
+    for message, rate, current in (
+        (own, "RPM", "Curr"),
+        (told, f"rpm[{place}]", f"current[{place}]"),
+    ):
+        if message is None or rate not in message:
+            continue
+        columns = {"rpm": message.columns[rate]}
+        if current in message and (message.si(current) != 0).any():
+            columns["current"] = message.columns[current]
+        rows = slice(None) if message is own else _reported(messages, message, number)
+        return Message(
+            _ROTOR.format(motor),
+            None,
+            message.t[rows],
+            message.stamp,
+            message.kept[rows],
+            columns,
+            made_from=message.made_from or message.key,
+        )
     return None
+
+
+def _reported(messages: Messages, told: Message, number: int) -> NDArray[np.bool_]:
+    """Return in which records, (n,), a controller's rate is what it has reported."""
+    status, stamp = messages.get(_STATUS), _STAMP.format(number - 1)
+    if status is not None and stamp in status:
+        return np.asarray(np.diff(status.si(stamp), prepend=np.nan) != 0)
+    place = (number - 1) % 4
+    turns = told.si(f"rpm[{place}]") != 0
+    counted = f"count[{place}]"
+    reports = told.si(counted) if counted in told else np.zeros(turns.size)
+    last = np.maximum.accumulate(np.where(turns, np.arange(turns.size), -1))
+    is_new = (reports > 0) & (reports != reports[last])
+    counts = bool((reports != reports[:1]).any())
+    return np.asarray(turns | is_new | (last < 0) | (not counts))
 
 
 def _named(messages: Messages) -> dict[int, int]:
