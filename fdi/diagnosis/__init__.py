@@ -17,6 +17,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``isolability.py``: which faults can be seen and told apart
 - ``direction.py``: how far the residuals have moved along a fault's direction
 - ``size.py``: by how much a sensor is wrong
+- ``kind.py``: in which way a component failed
 - ``plain.py``: what an alarm means in a pilot's words
 - ``agreement.py``: whether other methods accuse the same component
 - ``explain.py``: the evidence for a finding in words

@@ -17,9 +17,10 @@ from fdi.diagnosis.agreement import agreements
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.ending import endings, led_to
-from fdi.diagnosis.explain import evidence, kind_of, size_in_words
+from fdi.diagnosis.explain import evidence, size_in_words
 from fdi.diagnosis.hypotheses import WINDOW_S, Inquiry, inquire
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
+from fdi.diagnosis.kind import kind_of
 from fdi.diagnosis.likelihood import Fitted, load_fitted
 from fdi.diagnosis.marking import fault_grid
 from fdi.diagnosis.naming import Cause, Effect, doubted, name
@@ -135,7 +136,7 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         flight=cause.flight,
         component=cause.component,
         faults=_faults_of(cause, inquiry, alarms),
-        kind=kind_of(cause, alarms),
+        kind=kind_of(cause, size, alarms),
         onset=cause.onset,
         alarm=cause.alarm,
         end=None if cause.end >= inquiry.end else cause.end,

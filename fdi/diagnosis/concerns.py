@@ -144,7 +144,7 @@ def concerns(bank: Bank) -> Concerns:
 def _is_narrow(generator: Generator, system: System) -> bool:
     """Return whether a residual reads how a field behaves, and not what it shows."""
     return any(
-        m.tells_behaviour for i in generator.equations if (m := system.equations[i].measurement)
+        m.behaviour != "" for i in generator.equations if (m := system.equations[i].measurement)
     )
 
 

@@ -13,7 +13,7 @@ from fdi.decision import Alarms
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.naming import Cause
-from fdi.diagnosis.values import Evidence, FindingKind, Size
+from fdi.diagnosis.values import Evidence, Size
 from fdi.model.assemble import without_over
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
@@ -66,7 +66,7 @@ def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
     bank = residuals.bank
     generator = bank.generators[run.row]
     equation = bank.system.equations[generator.residual]
-    times = _scatter(run, alarms)
+    times = scattered(run, alarms)
     size, threshold, lasting = judged(run, alarms)
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
     label, scale, zero = customary(equation.unit)
@@ -210,7 +210,7 @@ def judged(
     return size, threshold, ""
 
 
-def _scatter(run: Run, alarms: Alarms) -> float | None:
+def scattered(run: Run, alarms: Alarms) -> float | None:
     """Return how many times as much as at first a test scattered, if that is what raised it."""
     scatter = alarms.scatter[run.row, run.first : run.last]
     top = float(np.nanmax(np.append(scatter, 0.0)))
@@ -268,13 +268,6 @@ def _sources(
             channel = without_over(str(measurement.channel))
             found[measurement.trusted][channel] = None
     return tuple(found[0]), tuple(found[1])
-
-
-def kind_of(cause: Cause, alarms: Alarms) -> FindingKind:
-    """Return what the alarms look like: a limit, or unknown; the data say no more yet."""
-    bank = alarms.residuals.bank
-    kinds = {bank.system.equations[bank.generators[r.row].residual].kind for r in cause.runs[:3]}
-    return "limit" if kinds == {Kind.LIMIT} else "unknown"
 
 
 def statement(equation: SystemEquation) -> str:

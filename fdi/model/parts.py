@@ -305,9 +305,13 @@ class Measurement:
         return _uses(self.reported, SAMPLED)
 
     @property
-    def tells_behaviour(self) -> bool:
-        """Return whether it tells how the channel behaves, as standing still, not what it shows."""
-        return self.stillness or self.silence or _uses(self.value, NOISE)
+    def behaviour(self) -> Literal["freeze", "loss", "noise", ""]:
+        """Return by which way to fail it is read how the channel behaves; "" for what it shows."""
+        if self.stillness:
+            return "freeze"
+        if self.silence:
+            return "loss"
+        return "noise" if _uses(self.value, NOISE) else ""
 
 
 def _uses(expression: Expression | None, operator: str) -> bool:
