@@ -43,6 +43,14 @@ class PredictedSpread:
     learned: Mapping[str, Learned] = field(default_factory=dict, hash=False)
     method: Literal["predicted_spread"] = "predicted_spread"
 
+    def alarm_samples(self, rate_hz: float) -> int:
+        """Return how many triggers in a row are an alarm, where they are hardly beyond."""
+        return max(self.least_samples, round(self.persistence_s * rate_hz))
+
+    def mean_samples(self, rate_hz: float) -> int:
+        """Return of how many samples a mean is taken."""
+        return max(2, round(self.mean_s * rate_hz))
+
 
 @dataclass(frozen=True, slots=True)
 class Rank:
