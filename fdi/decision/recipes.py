@@ -23,19 +23,23 @@ class Learned:
 
 @dataclass(frozen=True, slots=True)
 class PredictedSpread:
-    """Thresholds from stated accuracies; see ``policies/default.yaml`` for each number."""
+    """Thresholds from stated accuracies; see ``policies/default.yaml`` for each number.
 
-    sigmas: float = 4.0
+    What a policy leaves out is as there, but for ``scatter_most`` and ``budget_per_hour``: without
+    them scatter is not judged, and thresholds are not scaled.
+    """
+
+    sigmas: float = 5.0
     persistence_s: float = 1.5
-    least_samples: int = 3
-    least_factor: float = 0.3
+    least_samples: int = 5
+    least_factor: float = 0.2
     most_factor: float = 4.0
     reference_s: float = 20.0
     block_s: float = 5.0
     mean_s: float = 10.0
-    mean_least: float = 1.0
+    mean_least: float = 1.2
     mean_most: float = 4.0
-    mean_levels: float = 5.0
+    mean_levels: float = 6.0
     scatter_most: float | None = None
     budget_per_hour: float | None = None
     least_scale: float = 1.0

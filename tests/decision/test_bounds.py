@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fdi.decision.bounds import (
-    Told,
     held_against,
     key_of,
     lasting_mean,
@@ -20,10 +19,11 @@ from fdi.decision.bounds import (
 )
 from fdi.decision.noise import centres, spread_factors
 from fdi.decision.recipes import Learned, PredictedSpread
-from fdi.model.parts import Kind
+from fdi.model.parts import Kind, Measurement
 from fdi.model.system import Estimate, ParameterValue
+from fdi.telemetry import Channel
 
-from .build import RATE, flown, residuals
+from .build import RATE, flown, residuals, told_by_hand
 
 RECIPE = PredictedSpread(
     sigmas=5.0, least_factor=0.2, most_factor=4.0, mean_levels=6.0, mean_least=1.2, mean_most=4.0
@@ -44,15 +44,6 @@ def told(values, *, recipe=RECIPE, **more):
 def swinging(size):
     """A residual of a size that is its own nine tenths, around zero: no mean shows it."""
     return size * np.where(np.arange(N) % 2, 1.0, -1.0)
-
-
-def hand_made(**more):
-    """What a beginning told of one residual; nothing special unless it is said."""
-    one, off = np.ones(1), np.zeros(1, bool)
-    plain = {"centre": np.zeros(1), "circular": off, "side": np.zeros(1, np.int8), "stated": off}
-    plain |= {"unfit": off, "level": np.full(1, np.nan), "stray": np.zeros(1)}
-    plain |= {"factor": 5.0 * one, "calm": one, "quieter": one, "mean_most": one}
-    return Told(**(plain | more))
 
 
 # How far a residual is off.
@@ -134,7 +125,7 @@ def test_a_block_is_as_wide_as_nine_tenths_of_it():
 
 def test_what_a_manoeuvre_adds_to_the_spread_counts_whole():
     """Half as noisy as the calm 3 that were predicted; the 4 that a turn adds stay 4."""
-    quiet = hand_made(calm=np.array([3.0]), quieter=np.array([0.5]))
+    quiet = told_by_hand(calm=np.array([3.0]), quieter=np.array([0.5]))
     found = quiet.noise(np.array([[2.0, 3.0, 5.0]]))
     np.testing.assert_allclose(found[0], [5.0, 7.5, 5 * np.hypot(1.5, 4.0)])
 
@@ -213,7 +204,7 @@ def test_a_constant_that_swings_may_move_by_half_a_turn_at_the_most():
 @pytest.mark.parametrize(("known_s", "centre"), [(2.4, 9.0), (2.6, 1.0)])
 def test_half_of_the_first_block_must_be_known_to_tell_that_a_constant_moved(known_s, centre):
     values = np.where(T < 12.0, 1.0, 9.0)
-    values[T < 10.0 - known_s] = np.nan
+    values[10.0 - known_s > T] = np.nan
     assert told(values, allowance=20.0).centre[0] == pytest.approx(centre)
 
 
@@ -235,6 +226,29 @@ def test_a_key_names_the_equation_and_its_faults_in_their_order():
     bank = residuals(np.zeros(N)).bank
     generator = replace(bank.generators[0], faults=("gps.z", "baro.a"))
     assert key_of(bank.system, generator) == "e0: baro.a, gps.z"
+
+
+def test_a_constant_that_swings_is_uncertain_by_a_third_of_what_it_was():
+    given_ = residuals(np.full(N, 6.0), spread=1.5, allowance=9.0, swing=0.5, **AIR)
+    assert learn(given_, RECIPE).spread[0] == pytest.approx(np.full(N, np.hypot(1.5, 1.0)))
+
+
+@pytest.mark.parametrize(("words", "side"), [("", 0), ("above", -1), ("below", 1)])
+def test_a_residual_is_right_minus_left(words, side):
+    assert told(np.zeros(N), side=words).side[0] == side
+
+
+@pytest.mark.parametrize(("kind", "stated"), [(Kind.LIMIT, True), (Kind.EQUALITY, True)])
+def test_only_what_is_steady_and_of_noise_has_a_level_of_scatter(kind, stated):
+    rough = np.random.default_rng(0).normal(size=N)
+    assert told(rough, kind=kind, steady=True).stated[0] == stated
+    for steady, own, is_judged in (
+        (True, Kind.RELATION, True),
+        (False, Kind.RELATION, False),
+        (True, kind, False),
+        (False, kind, False),
+    ):
+        assert np.isfinite(told(rough, kind=own, steady=steady).level[0]) == is_judged
 
 
 # What does not hold from the beginning on.
@@ -273,6 +287,28 @@ def test_what_other_flights_taught_is_no_condition_where_a_test_needs_it():
 @pytest.mark.parametrize(("size", "unfit"), [(6.4, False), (6.7, True)])
 def test_a_test_that_is_four_times_as_wide_as_stated_does_not_hold(size, unfit):
     assert told(np.full(N, size)).unfit[0] == unfit
+
+
+@pytest.mark.parametrize("supports", [True, False])
+def test_who_uses_all_channels_of_a_support_that_does_not_hold_is_not_judged(supports):
+    """A compass that does not show the field shows no heading either; another one does."""
+    values = np.zeros((3, N))
+    values[0] = 60.0
+    given_ = residuals(values, **AIR)
+    equations = list(given_.bank.system.equations)
+    equations[0] = replace(equations[0], supports=supports)
+    for channel in "xy":
+        shown = Measurement(Channel("MAG", channel), channel, "compass", "sensor")
+        equations.append(replace(equations[1], name=channel, kind=Kind.MEASUREMENT))
+        equations[-1] = replace(equations[-1], measurement=shown)
+    used = [(0, 3), (1, 3, 4), (2, 4)]
+    generators = [
+        replace(one, equations=own) for one, own in zip(given_.bank.generators, used, strict=True)
+    ]
+    system = replace(given_.bank.system, equations=tuple(equations))
+    bank = replace(given_.bank, system=system, generators=tuple(generators))
+    found = learn(replace(given_, bank=bank), RECIPE).told.unfit
+    assert found.tolist() == [True, supports, False]
 
 
 # All at once.

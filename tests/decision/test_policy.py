@@ -1,14 +1,17 @@
 """Policies: what is shipped loads, what is wrong is told with its line."""
 
 import hashlib
+from dataclasses import replace
 
 import pytest
 
 from fdi.decision import load_policy
 from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
-from fdi.decision.policy import FOLDER, shipped_policies
+from fdi.decision.policy import FOLDER, Calibration, shipped_policies
+from fdi.decision.recipes import Learned
 from fdi.diagnosis.marking import MARKINGS
 from fdi.errors import ModelError, UsageError
+from fdi.model.system import Estimate
 from fdi.residuals import Differentiation
 from fdi.telemetry import Sampling
 
@@ -62,8 +65,26 @@ def test_what_a_file_leaves_out_is_what_the_value_has_by_itself(tmp_path):
         assert (found.sampling, found.differentiation) == (Sampling(), Differentiation())
         assert (found.accuse, found.copies, found.methods) == (True, "dropped", ())
         assert found.description == ""
-    assert PredictedSpread().sigmas == 4.0
     assert Rank().quantile == 0.97  # as published
+
+
+def test_thresholds_that_a_file_leaves_out_are_those_of_the_default():
+    """But for what is not done without a number: a budget and the judgement of scatter."""
+    default = load_policy("default").decision
+    assert replace(default, scatter_most=None, budget_per_hour=None) == PredictedSpread()
+    paper = load_policy("paper").decision
+    assert paper == Rank()
+
+
+def test_policies_can_be_told_apart_by_their_hash():
+    default, paper = load_policy("default"), load_policy("paper")
+    learned = {"a: gps": Learned(2.0)}
+    taught = replace(
+        default,
+        decision=replace(default.decision, learned=learned),
+        calibration=Calibration("m", "v", ("f",), 1.0, {"mass": Estimate(1.0, 0.1)}),
+    )
+    assert len({default, load_policy("default"), paper, taught}) == 3
 
 
 @pytest.mark.parametrize(
