@@ -61,7 +61,8 @@ def test_a_channel_is_at_fault_wherever_it_is_read_as_an_input_too():
     text = model({"gps": ["x"], "baro": ["x"], "compass": ["w"]}).replace(
         "measurements:",
         "  u: {unit: m}\nequations:\n  a: {text: w = u, solves: [w]}\n"
-        "inputs:\n  GPS: {component: gps, fields: {x: {variable: u, accuracy: 1 m}}}\nmeasurements:",
+        "inputs:\n  GPS: {component: gps, fields: {x: {variable: u, accuracy: 1 m}}}\n"
+        "measurements:",
     )
     found = structural_isolability(bank_of(text).system)
     assert found.faults == ("GPS.x", "BARO.x", "COMPASS.w")
