@@ -88,8 +88,8 @@ def reached(
 
 def _centre(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> float | None:
     known = values[reference & np.isfinite(values)]
-    allowed = allowance[np.isfinite(allowance)]
-    return float(np.median(known)) if len(known) and len(allowed) and allowed.max() > 0 else None
+    has_constant = (np.nan_to_num(allowance) > 0).any()
+    return float(np.median(known)) if len(known) and has_constant else None
 
 
 def learned_from(flights: Iterable[Mapping[str, Reached]]) -> dict[str, Learned]:
