@@ -33,7 +33,7 @@ def test_a_log_gets_the_model_of_its_vehicle_or_of_its_frame():
 
 
 def test_a_vehicle_without_a_model_is_told_which_there_are():
-    with pytest.raises(ModelError, match="no shipped model .* 'submarine'") as caught:
+    with pytest.raises(ModelError, match=r"no shipped model .* 'submarine'") as caught:
         choose_model(log_of("submarine"))
     assert "quadcopter" in caught.value.hint
 
