@@ -317,3 +317,29 @@ def test_values_of_the_answer_cannot_be_written():
     with pytest.raises(ValueError, match="read-only"):
         found.grid.marks[0, 0] = 1
     assert repr(found) == f"<Diagnosis: {found.verdict}>"
+
+
+@pytest.mark.parametrize(("later", "said"), [(3.0, "3.0 s after"), (-1.0, "1.0 s before")])
+def test_what_follows_is_told_with_when_it_shows(later, said):
+    """An estimator's limit, and the receiver that disturbs it."""
+    text = model(
+        {"monitor": ["ratio"], **SHOWN},
+        {"gps": ["estimator"], "estimator": []},
+        "limits:\n  bad: {variable: ratio, max: 1, component: estimator}\n",
+    )
+    bank = bank_of(text)
+    raised = {row(bank, "GPS.x", f"{who}.x"): [(40, 60)] for who in ("BARO", "RADAR")}
+    raised[limit_row(bank, "bad")] = [(40 + later, 60)]
+    found = answer(raised, bank=bank, peak=20.0)
+    assert named(found.findings) == ["gps"]
+    (one,) = found.consequences
+    assert (one.component, one.onset, one.because_of) == ("estimator", 40.0 + later, 1)
+    assert one.text == f"Estimator shows it {said} the gps"
+
+
+def test_who_would_explain_it_as_well_is_not_open():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"], "sun": ["y"], "star": ["y"]}))
+    found = answer({row(bank, "GPS.x", "BARO.x"): [(40, 100)]}, bank=bank, peak=20.0)
+    both = {found.findings[0].component, *found.findings[0].inseparable_from}
+    assert both == {"gps", "baro"}
+    assert not both & set(named(found.open))

@@ -221,3 +221,27 @@ def test_the_largest_of_each_unit_is_told_in_what_a_person_reads():
 def test_the_cleared_are_sorted():
     bank = bank_of(model(dict(sorted(SHOWN.items(), reverse=True))))
     assert named(ruled_out(alarms_of(bank, {}), bank, ())) == sorted(SHOWN)
+
+
+def test_who_has_a_channel_is_cleared_by_all_its_faults_that_a_test_holds():
+    """The wing's lift enters a balance of what the camera and the laser show."""
+    more = "equations:\n  a: {text: z = y, solves: [z], fault: wing.lift, component: wing}\n"
+    text = model({**SHOWN, "camera": ["z"], "wing": ["w"], "laser": ["w"]}, more=more)
+    bank = bank_of(text)
+    found = cleared(alarms_of(bank, {}))["wing"]
+    assert {one.fault: one.unit for one in found.would_show} == {"WING.w": "m", "wing.lift": "m"}
+    assert [one.size for one in found.would_show] == pytest.approx([2.0, 2.0])
+    raised = {row(bank, "CAMERA.z", "SUN.y", "wing.lift"): [(40, 42)]}
+    assert "wing" not in cleared(alarms_of(bank, raised))
+
+
+@pytest.mark.parametrize(("threshold", "is_cleared"), [(0.78, True), (0.8, False)])
+def test_a_direction_that_is_further_off_than_an_eighth_of_a_turn_brings_a_vehicle_down(
+    threshold, is_cleared
+):
+    more = "equations:\n  a: {text: z = y, solves: [z], fault: wing.lean, component: wing}\n"
+    text = model({"camera": ["z"], "sun": ["y"], "wing": ["w"], "laser": ["w"]}, more=more)
+    bank = bank_of(text.replace("{unit: m}", "{unit: rad}").replace("1 m}", "1 rad}"))
+    alarms = alarms_of(bank, {})
+    near = replace(alarms, threshold=np.full(alarms.state.shape, threshold))
+    assert ("wing" in cleared(near)) == is_cleared
