@@ -223,6 +223,33 @@ def test_what_lies_outside_the_model_is_never_listed():
     assert named(found.not_testable) == ["sun", "star"]  # the sun has no channel any more
 
 
+@pytest.mark.parametrize(
+    ("raised", "unknown"),
+    [
+        ({}, {}),
+        ({}, {SKY: [(0, 100)]}),
+        ({SKY: [(40, 42)]}, {}),
+        ({SKY: [(40, 100)]}, {BARO_RADAR: [(0, 100)]}),
+        ({GPS[0]: [(40, 41)], BARO_RADAR: [(70, 71)]}, {GPS[1]: [(90, 100)]}),
+        ({place: [(40, 100)] for place in GPS}, {}),
+    ],
+)
+def test_every_component_stands_in_one_list(raised, unknown):
+    text = model({**SHOWN, "camera": ["z"]}, {"compass": []})
+    bank = bank_of(text)
+    assert [set(one.faults) for one in bank.generators] == [set(o.faults) for o in BANK.generators]
+    found = answer(raised, bank=bank, unknown=unknown, peak=5.0)
+    listed = [
+        *named(found.findings),
+        *named(found.consequences),
+        *(name for one in found.findings for name in one.inseparable_from),
+        *named(found.ruled_out),
+        *named(found.open),
+        *named(found.not_testable),
+    ]
+    assert sorted(listed) == sorted({*SHOWN, "camera", "compass"})
+
+
 # The verdict.
 
 

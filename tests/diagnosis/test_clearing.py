@@ -207,6 +207,19 @@ def test_a_limit_shows_what_is_left_to_it():
     assert one.size == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("level", [-40.0, 5.0])
+def test_what_would_have_shown_does_not_depend_on_what_is_measured(level):
+    alarms = alarms_of(BANK, {})
+    signals = alarms.residuals.signals
+    columns = {channel: column + level for channel, column in signals.columns.items()}
+    moved = replace(alarms.residuals, signals=replace(signals, columns=columns))
+    found = cleared(replace(alarms, residuals=moved))
+    assert set(found) == set(SHOWN)
+    assert [one.size for own in found.values() for one in own.would_show] == pytest.approx(
+        [2.0] * 5
+    )
+
+
 def test_the_largest_of_each_unit_is_told_in_what_a_person_reads():
     sizes = [WouldShow("a", 2.0, "m"), WouldShow("b", 5.0, "m"), WouldShow("c", 120.0, "Pa")]
     assert _text(sizes) == "a lasting change of 5 m or of 1.2 hPa would have shown"
