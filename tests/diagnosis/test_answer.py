@@ -370,3 +370,12 @@ def test_who_would_explain_it_as_well_is_not_open():
     both = {found.findings[0].component, *found.findings[0].inseparable_from}
     assert both == {"gps", "baro"}
     assert not both & set(named(found.open))
+
+
+def test_a_diagnosis_is_shown_as_a_table():
+    found = answer({place: [(40, 100)] for place in GPS}, unknown={SKY: [(0, 100)]})
+    assert repr(found) == f"<Diagnosis: {found.verdict}>"
+    shown = found._repr_html_()
+    assert "<td>accused</td><td>gps</td>" in shown
+    assert "<td>not testable</td><td>sun, star</td>" in shown
+    assert "<td>what follows</td><td>–</td>" in shown
