@@ -125,6 +125,7 @@ def test_a_grid_tells_what_is_marked_when():
     assert repr(grid) == "<FaultGrid: 2 of 4 faults marked, 400 samples>"
     shown = grid._repr_html_()
     assert "<td>GPS.x</td><td>gps</td><td>10.0 to 20.0, 30.0 to 31.0</td>" in shown
+    assert "FaultGrid: 2 of 4 faults marked, 400 samples<" in shown
     assert "RADAR.x" not in shown
 
 
