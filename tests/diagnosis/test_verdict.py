@@ -9,7 +9,9 @@ import pytest
 from fdi.diagnosis import Size
 from fdi.diagnosis.values import MOST_LETTERS, Ending
 from fdi.diagnosis.verdict import (
-    Tests,
+    Tests as Counted,
+)
+from fdi.diagnosis.verdict import (
     _amount,
     _end_words,
     _fitted,
@@ -155,7 +157,7 @@ def test_how_a_flight_ended_is_told(end, said):
     ],
 )
 def test_where_nobody_is_accused_it_is_said_what_the_tests_did(counts, said):
-    assert said in _quiet(Tests(*counts))
+    assert said in _quiet(Counted(*counts))
 
 
 @pytest.mark.parametrize(
@@ -177,7 +179,7 @@ def outlook_of(tests=(3, 3, 0, 0), *, findings=(), how="landed", landing=95.0, p
     flights = (Flight(0, 100, takeoff=5.0, landing=landing),)
     ends = (FlightEnd(0, how, 95.0),)
     alarms = alarms_of(bank_of(text), {}, flights=flights, ends=ends, **more)
-    return outlook(findings, [Ending(end) for end in ends], Tests(*tests), alarms)
+    return outlook(findings, [Ending(end) for end in ends], Counted(*tests), alarms)
 
 
 def test_a_glance_tells_the_worst_that_is_known():
