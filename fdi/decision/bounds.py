@@ -173,8 +173,8 @@ def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
     rough = differences(over_spread(off, spread))
     ratio = normalised(off, tolerance, spread, settled_mask(signals))
     ratio[limit] = np.nan
-    count = max(2, round(recipe.mean_s * signals.rate_hz))
-    mean = np.abs(trailing_mean(ratio, count, round(KNOWN_SHARE * count)))
+    count = recipe.mean_samples(signals.rate_hz)
+    mean = np.abs(lasting_mean(ratio, count))
     scale = np.array([one.scale for one in known])
     return Told(
         centre,
@@ -202,7 +202,7 @@ def held_against(residuals: Residuals, told: Told, recipe: PredictedSpread) -> B
     settled = settled_mask(signals)
     ratio = normalised(off, tolerance, spread, settled)
     ratio[limit] = np.nan
-    count = max(2, round(recipe.mean_s * signals.rate_hz))
+    count = recipe.mean_samples(signals.rate_hz)
     mean_spread = trailing_mean(np.where(np.isfinite(ratio), spread, np.nan), count, 1)
     return Bounds(
         told,
@@ -358,6 +358,11 @@ def normalised(
         ratio = np.clip(np.where(spread > 0, beyond / spread, np.nan), -CLIP, CLIP)
     ratio[:, ~settled] = np.nan
     return ratio
+
+
+def lasting_mean(ratio: Floats, count: int) -> Floats:
+    """Return the trailing mean of what `normalised` gives, NaN where too little of it is known."""
+    return trailing_mean(ratio, count, round(KNOWN_SHARE * count))
 
 
 def over_spread(off: Floats, spread: Floats) -> Floats:

@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised
-from fdi.decision.judging import SOONER
-from fdi.decision.noise import trailing_mean
+from fdi.decision.bounds import Bounds, lasting_mean, normalised
+from fdi.decision.judging import enough
 from fdi.decision.recipes import PredictedSpread
 from fdi.model.evaluate import Floats
 
@@ -39,13 +38,9 @@ def critical_scales(
     rate_hz : float
     """
     result = np.full(off.shape, -np.inf)
-    if bounds.told.unfit[row] or bounds.told.stated[row] or not known.any():
-        return result
     size, tolerance, noise = np.abs(off[:, known]), bounds.tolerance[row], bounds.noise[row, known]
-    least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
     sudden = np.full(size.shape, -np.inf)
-    for over, share in SOONER:
-        count = max(2, round(share * least))
+    for over, count in enough(recipe.alarm_samples(rate_hz)):
         if size.shape[1] >= count:
             lasting = least_of(_scale(size / over, tolerance[known], noise), count)
             sudden[:, count - 1 :] = np.maximum(sudden[:, count - 1 :], lasting)
@@ -53,8 +48,7 @@ def critical_scales(
     if np.isfinite(bounds.mean_bound[row]).any():
         given = np.where(known, off, np.nan)
         ratio = normalised(given, tolerance, bounds.spread[row], bounds.settled)
-        count = max(2, round(recipe.mean_s * rate_hz))
-        mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count))
+        mean = lasting_mean(ratio, recipe.mean_samples(rate_hz))
         with np.errstate(divide="ignore", invalid="ignore"):
             slow = np.abs(mean) * bounds.mean_spread[row] / bounds.mean_bound[row]
         result = np.fmax(result, np.where(known, slow, np.nan))

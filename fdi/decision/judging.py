@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision.alarms import QUIET, TRIGGERED, UNKNOWN, Alarms, Use
-from fdi.decision.bounds import KNOWN_SHARE, Bounds, normalised, over_spread
+from fdi.decision.bounds import Bounds, lasting_mean, normalised, over_spread
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
 from fdi.decision.scatter import differences, samples_of, scatter
@@ -55,8 +55,8 @@ def judge(
     threshold = bounds.tolerance + scales * bounds.noise
     beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
     ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
-    count = max(2, round(recipe.mean_s * rate_hz))
-    mean = trailing_mean(ratio, count, round(KNOWN_SHARE * count)) * bounds.mean_spread
+    count = recipe.mean_samples(rate_hz)
+    mean = lasting_mean(ratio, count) * bounds.mean_spread
     mean_threshold = scales * bounds.mean_bound
     state = states(size, threshold)
     state[told.unfit] = UNKNOWN
@@ -64,10 +64,9 @@ def judge(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         fast = np.where(state == UNKNOWN, np.nan, size / threshold)
         slow = np.abs(mean) / mean_threshold
-    least = max(recipe.least_samples, round(recipe.persistence_s * rate_hz))
     # without a stated spread nothing says how much beyond a threshold is much
     graded = np.where(bounds.spread > 0, fast, np.minimum(fast, SOONER[1][0]))
-    sudden, known_sudden = _sudden(graded, state, least)
+    sudden, known_sudden = _sudden(graded, state, recipe.alarm_samples(rate_hz))
     lasting, known_lasting = _lasting(beyond, slow, mean, count)
     relative, scattered = _scatter(off, bounds, rate_hz)
     most = recipe.scatter_most or np.inf
@@ -111,8 +110,7 @@ def _sudden(
     """Return the triggers that persist, and from where on that is certain."""
     unknown = state == UNKNOWN
     alarm, certain = np.zeros(state.shape, bool), np.zeros(state.shape, bool)
-    for over, share in SOONER:
-        count = max(2, round(share * least))
+    for over, count in enough(least):
         for row, own in enumerate(strength > over):
             found, sure = persistent(own, unknown[row], count)
             alarm[row] |= found
@@ -144,6 +142,17 @@ def _lasting(
             alarm[row, min(first, last) : last + 1] = True
             certain[row, start : last + 1] = True
     return alarm, certain
+
+
+def enough(least: int) -> list[tuple[float, int]]:
+    """Return beyond which strength so many triggers in a row are enough, by that of ``least``.
+
+    Examples
+    --------
+    >>> enough(6)
+    [(1.0, 6), (2.0, 3), (4.0, 2)]
+    """
+    return [(over, max(2, round(share * least))) for over, share in SOONER]
 
 
 def states(size: NDArray[np.float64], threshold: NDArray[np.float64]) -> NDArray[np.int8]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.decision.bounds import Bounds, key_of
 from fdi.decision.critical import critical_scales, least_of
-from fdi.decision.judging import SOONER
+from fdi.decision.judging import enough
 from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.model.evaluate import Floats
 from fdi.residuals import Residuals
@@ -65,30 +65,31 @@ def reached(
     told = bounds.told
     off, size = told.strayed(residuals.values)
     reference = reference_mask(signals, recipe.reference_s)
-    least = max(recipe.least_samples, round(recipe.persistence_s * signals.rate_hz))
+    least = recipe.alarm_samples(signals.rate_hz)
     found = {}
     for row, generator in enumerate(residuals.bank.generators):
         known = np.isfinite(off[row]) & air
         if told.unfit[row] or known.sum() < least:
             continue
-        critical = critical_scales(off[row : row + 1], row, bounds, known, recipe, signals.rate_hz)
-        own = size[row : row + 1, known]
-        # a short alarm counts where it is strong: as judging does
-        lasted = [
-            least_of(own, max(2, round(share * least))).max() / over for over, share in SOONER
-        ]
+        scale, most = None, 0.0
+        if told.stated[row]:
+            own = size[row : row + 1, known]
+            # a short alarm counts where it is strong: as judging does
+            most = max(float(least_of(own, count).max()) / over for over, count in enough(least))
+        else:
+            one = slice(row, row + 1)
+            critical = critical_scales(off[one], row, bounds, known, recipe, signals.rate_hz)
+            scale = max(float(critical.max()), 0.0)
         found[key_of(residuals.bank.system, generator)] = Reached(
-            None if told.stated[row] else float(max(critical.max(), 0.0)),
-            float(max(lasted)) if told.stated[row] else 0.0,
-            _centre(residuals.values[row], residuals.allowance[row], reference),
+            scale, most, _centre(residuals.values[row], residuals.allowance[row], reference)
         )
     return found
 
 
 def _centre(values: Floats, allowance: Floats, reference: NDArray[np.bool_]) -> float | None:
     known = values[reference & np.isfinite(values)]
-    allowed = allowance[np.isfinite(allowance)]
-    return float(np.median(known)) if len(known) and len(allowed) and allowed.max() > 0 else None
+    has_constant = (np.nan_to_num(allowance) > 0).any()
+    return float(np.median(known)) if len(known) and has_constant else None
 
 
 def learned_from(flights: Iterable[Mapping[str, Reached]]) -> dict[str, Learned]:

@@ -87,8 +87,6 @@ def trailing_mean(values: Floats, count: int, least_known: int) -> Floats:
     """
     known = np.isfinite(values)
     result = np.full(values.shape, np.nan)
-    if values.shape[1] < count:
-        return result
     total = trailing_sum(np.where(known, values, 0.0), count)
     number = np.cumsum(known, axis=1)
     number[:, count:] -= number[:, :-count].copy()

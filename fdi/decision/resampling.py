@@ -118,10 +118,10 @@ def fit_noise(values: Floats, calm: NDArray[np.bool_], rate_hz: float) -> NoiseM
         white[:, lag:] += whitening[:, lag, None] * centred[:, : samples - lag]
         usable[:, lag:] &= calm[:, : samples - lag]
     usable[:, :order] = False
-    moments = np.flatnonzero(usable[varies & enough].any(axis=0))
+    moments = np.flatnonzero(usable[varies].any(axis=0))
     return NoiseModel(
         mean,
-        np.where(varies & enough, np.sqrt(covariance[:, 0]), 0.0),
+        np.where(varies, np.sqrt(covariance[:, 0]), 0.0),
         whitening,
         _filled(white, usable)[:, moments] if len(moments) else np.zeros((rows, 1)),
         samples,

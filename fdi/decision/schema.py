@@ -13,7 +13,7 @@ ITS_OWN: Any = None
 
 
 class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 def _known_method(value: str) -> str:

@@ -70,7 +70,7 @@ class Fitted:
         for i, name in enumerate(case.names):
             if failed and name in failed:
                 odds[i] += np.log(failed[name] / (1.0 - failed[name])) - self.weights["one"]
-        top = max(0.0, float(odds.max(initial=0.0)))
+        top = float(odds.max(initial=0.0))
         shares = np.exp(odds - top)
         explains = (case.ties > Tie.NONE).astype(float)
         rivals = (explains @ explains.T > 0) | np.eye(len(shares), dtype=bool)

@@ -41,7 +41,7 @@ Group = Annotated[str, AfterValidator(_known_group)]
 
 
 class _Entry(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+    model_config = ConfigDict(extra="forbid")
 
 
 def _text_entry(value: Any) -> Any:

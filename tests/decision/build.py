@@ -3,6 +3,7 @@
 import numpy as np
 
 from fdi.decision import load_policy
+from fdi.decision.bounds import Bounds, Told
 from fdi.model.expression import Number, Symbol
 from fdi.model.parts import Kind
 from fdi.model.system import System, SystemEquation
@@ -64,3 +65,19 @@ def residuals(
 def flown(start, end):
     """One flight in the air from ``start`` to ``end``, s."""
     return (Flight(start, end, takeoff=start, landing=end),)
+
+
+def told_by_hand(**more):
+    """What a beginning told of one residual; nothing special unless it is said."""
+    one, off = np.ones(1), np.zeros(1, bool)
+    plain = {"centre": np.zeros(1), "circular": off, "side": np.zeros(1, np.int8), "stated": off}
+    plain |= {"unfit": off, "level": np.full(1, np.nan), "stray": np.zeros(1)}
+    plain |= {"factor": 5.0 * one, "calm": one, "quieter": one, "mean_most": one}
+    return Told(**(plain | more))
+
+
+def bounds_by_hand(told, n, *, tolerance=0.0, noise=1.0, spread=1.0, mean=np.nan, settled=True):
+    """Bounds of one residual of ``n`` samples, the same all along."""
+    parts = (np.full((1, n), float(one)) for one in (tolerance, noise, spread))
+    means = (np.full((1, n), float(one)) for one in (spread, mean))
+    return Bounds(told, *parts, np.full(n, settled), *means)

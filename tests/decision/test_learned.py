@@ -64,3 +64,21 @@ def test_of_a_stated_bound_a_short_excess_counts_as_judging_would_let_it_alarm(s
     values[200 : 200 + samples] = 8.0
     (found,) = of_flight(values, kind=Kind.LIMIT).values()
     assert (found.scale, found.size) == (None, size)
+
+
+def test_the_largest_scale_at_which_noise_would_have_alarmed_is_told():
+    """Of a spread of 1 a fifth is believed, so that the threshold is four fifths of it."""
+    values = np.zeros(N)
+    values[200:206] = 8.0
+    (found,) = of_flight(values).values()
+    assert (found.scale, found.size) == (pytest.approx(10.0), 0.0)
+    values[300:303] = 30.0  # as good as 15 for twice as long
+    (found,) = of_flight(values).values()
+    assert found.scale == pytest.approx(18.75)
+
+
+@pytest.mark.parametrize(("allowance", "centre"), [(np.nan, None), (0.0, None), (5.0, 2.0)])
+def test_a_test_without_an_allowance_has_no_constant(allowance, centre):
+    given = residuals(np.full(N, 2.0), allowance=allowance, flights=flown(0.0, N / 4.0))
+    (found,) = reached(given, learn(given, RECIPE), np.ones(N, bool), RECIPE).values()
+    assert found.centre == centre

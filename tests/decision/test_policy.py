@@ -1,14 +1,18 @@
 """Policies: what is shipped loads, what is wrong is told with its line."""
 
 import hashlib
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from fdi.decision import load_policy
 from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
-from fdi.decision.policy import FOLDER, shipped_policies
+from fdi.decision.policy import FOLDER, Calibration, policy_text, shipped_policies
+from fdi.decision.recipes import Learned
 from fdi.diagnosis.marking import MARKINGS
 from fdi.errors import ModelError, UsageError
+from fdi.model.system import Estimate
 from fdi.residuals import Differentiation
 from fdi.telemetry import Sampling
 
@@ -62,8 +66,26 @@ def test_what_a_file_leaves_out_is_what_the_value_has_by_itself(tmp_path):
         assert (found.sampling, found.differentiation) == (Sampling(), Differentiation())
         assert (found.accuse, found.copies, found.methods) == (True, "dropped", ())
         assert found.description == ""
-    assert PredictedSpread().sigmas == 4.0
     assert Rank().quantile == 0.97  # as published
+
+
+def test_thresholds_that_a_file_leaves_out_are_those_of_the_default():
+    """But for what is not done without a number: a budget and the judgement of scatter."""
+    default = load_policy("default").decision
+    assert replace(default, scatter_most=None, budget_per_hour=None) == PredictedSpread()
+    paper = load_policy("paper").decision
+    assert paper == Rank()
+
+
+def test_policies_can_be_told_apart_by_their_hash():
+    default, paper = load_policy("default"), load_policy("paper")
+    learned = {"a: gps": Learned(2.0)}
+    taught = replace(
+        default,
+        decision=replace(default.decision, learned=learned),
+        calibration=Calibration("m", "v", ("f",), 1.0, {"mass": Estimate(1.0, 0.1)}),
+    )
+    assert len({default, load_policy("default"), paper, taught}) == 3
 
 
 @pytest.mark.parametrize(
@@ -189,3 +211,82 @@ def test_a_rate_and_a_budget_are_numbers_above_zero_that_end(figure):
     for ask in (policy.within, lambda rate: policy.resample(rate_hz=rate)):
         with pytest.raises(UsageError, match="no number above zero"):
             ask(figure)
+
+
+TAUGHT = """calibration:
+  model: quadcopter
+  vehicle: quad
+  flights: [a.bin]
+  hours: 0.5
+  parameters: {mass: {value: 1.5, std: 0.1, flights: 3}}
+  tests: {"a: gps": {scale: 2.0, stray: 0.5, centre: [-1.0, 1.0]}, "b: gps": {}}
+"""
+
+
+def test_what_healthy_flights_taught_is_read(tmp_path):
+    policy = load_policy(written(tmp_path, RIGHT + TAUGHT))
+    assert policy.decision.learned == {
+        "a: gps": Learned(2.0, 0.5, (-1.0, 1.0)),
+        "b: gps": Learned(1.0, 0.0, (-np.inf, np.inf)),
+    }
+    assert policy.calibration == Calibration(
+        "quadcopter", "quad", ("a.bin",), 0.5, {"mass": Estimate(1.5, 0.1, 3)}
+    )
+    path = tmp_path / "again.yaml"
+    path.write_text(policy_text(policy), encoding="utf-8")
+    again = load_policy(path)
+    assert again.calibration == policy.calibration
+    # a test of which nothing was learned is left out
+    assert again.decision.learned == {"a: gps": policy.decision.learned["a: gps"]}
+    assert replace(again.decision, learned={}) == load_policy("default").decision
+
+
+@pytest.mark.parametrize(
+    ("old", "taken", "refused"),
+    [
+        ("scale: 2.0", "scale: 100.0", "scale: 100.5"),
+        ("scale: 2.0", "scale: 0.01", "scale: 0.0"),
+        ("stray: 0.5", "stray: 0.0", "stray: -0.1"),
+        ("centre: [-1.0, 1.0]", "centre: null", "centre: [-1.0]"),
+        ("std: 0.1", "std: 0.01", "std: 0.0"),
+        ("flights: 3", "flights: 1", "flights: 0"),
+        ("hours: 0.5", "hours: 0.01", "hours: 0.0"),
+    ],
+)
+def test_what_was_taught_is_taken_up_to_its_bounds_and_refused_beyond(
+    tmp_path, old, taken, refused
+):
+    load_policy(written(tmp_path, RIGHT + TAUGHT.replace(old, taken)))
+    with pytest.raises(ModelError, match=old.partition(":")[0]):
+        load_policy(written(tmp_path, RIGHT + TAUGHT.replace(old, refused)))
+
+
+def test_the_published_recipe_takes_no_calibration(tmp_path):
+    paper = (FOLDER / "paper.yaml").read_text(encoding="utf-8")
+    with pytest.raises(ModelError, match="only predicted_spread"):
+        load_policy(written(tmp_path, paper + TAUGHT))
+
+
+@pytest.mark.parametrize("window", [(1.0,), (1.0, 2.0, 3.0), (2.0, 1.0), ("1", "2"), (0.0, np.inf)])
+def test_a_window_is_two_times_in_order(window):
+    with pytest.raises(UsageError, match="two times"):
+        load_policy("default").resample(window=window)
+    assert load_policy("default").resample(window=(2.0, 2.0)).sampling.window == (2.0, 2.0)
+
+
+def test_methods_are_asked_for_by_name():
+    policy = load_policy("default")
+    assert policy.using(None) is policy
+    assert policy.using(["heading", "heading"]).methods == ("heading",)
+    assert policy.using([]).methods == ()
+    with pytest.raises(UsageError, match="no method compass"):
+        policy.using(["compass"])
+
+
+@pytest.mark.parametrize("asked", [0.5, 10.0])
+def test_a_budget_that_is_asked_for_is_the_policys(asked):
+    policy = load_policy("default")
+    assert policy.within(None) is policy
+    assert policy.within(asked).budget_per_hour == asked
+    assert load_policy("paper").budget_per_hour is None
+    assert (policy.use.mean_s, load_policy("paper").use.mean_s) == (10.0, 0.0)

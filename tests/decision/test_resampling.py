@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from fdi.decision.resampling import fit_noise
+from fdi.decision.resampling import _fast_size, _filled, fit_noise
 
 from .build import RATE
 
@@ -112,3 +114,23 @@ def test_few_samples_have_no_noise_to_tell(samples):
     model = fit_noise(values, np.ones((3, samples), bool), 5.0)
     assert model.samples == samples
     assert not (model.deviation > 0).any()
+
+
+@given(st.integers(1, 100_000))
+def test_a_fast_size_is_a_little_larger_and_of_small_factors(least):
+    size = _fast_size(least)
+    assert least <= size <= max(5, 4 / 3 * least)
+    for factor in (2, 3, 5):
+        while size % factor == 0:
+            size //= factor
+    assert size == 1
+
+
+def test_innovations_that_are_unknown_are_taken_from_those_that_are_known():
+    white = np.array([[1.0, 2.0, 6.0, 0.0, 0.0, 0.0, 0.0], [5.0] * 7])
+    usable = np.zeros((2, 7), bool)
+    usable[0, :3] = True
+    found = _filled(white, usable)
+    assert found[0, :3].tolist() == [-2.0, -1.0, 3.0]
+    assert set(found[0, 3:]) == {-2.0, -1.0, 3.0}
+    assert (found[1] == 0.0).all()

@@ -93,3 +93,24 @@ def test_a_complaint_that_accuses_nobody_is_told():
     assert (one.rank, one.agrees) == (None, False)
     assert "at 40.0 s" in one.text
     assert "not enough to accuse" in one.text
+
+
+def test_the_first_complaint_tells_when():
+    raised = {STAR_STRANGE: [(40, 60)], limit_row(BANK, "control_stray"): [(30, 35)]}
+    (one,) = diagnose(alarms_of(BANK, raised, peak=1.05), BANK).methods
+    assert "at 30.0 s" in one.text
+
+
+def test_what_is_computed_is_pointed_to_where_nothing_else_is():
+    text = TEXT.replace("control: {", "control: {computed: true, ")
+    bank = bank_of(
+        text.replace(
+            "variables:\n",
+            'variables:\n  odd: {unit: "1"}\n  strange: {unit: "1"}\n  stray: {unit: "1"}\n',
+        )
+        + ORACLE.replace("star, suspects: [sun]", "control, suspects: [sun]")
+    )
+    for limit, pointed in (("control_stray", "the control"), ("star_strange", "the sun")):
+        alarms = alarms_of(bank, {limit_row(bank, limit): [(40, 60)]}, peak=1.05)
+        (one,) = diagnose(alarms, bank).methods
+        assert f"fits {pointed};" in one.text

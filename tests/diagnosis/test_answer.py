@@ -223,6 +223,33 @@ def test_what_lies_outside_the_model_is_never_listed():
     assert named(found.not_testable) == ["sun", "star"]  # the sun has no channel any more
 
 
+@pytest.mark.parametrize(
+    ("raised", "unknown"),
+    [
+        ({}, {}),
+        ({}, {SKY: [(0, 100)]}),
+        ({SKY: [(40, 42)]}, {}),
+        ({SKY: [(40, 100)]}, {BARO_RADAR: [(0, 100)]}),
+        ({GPS[0]: [(40, 41)], BARO_RADAR: [(70, 71)]}, {GPS[1]: [(90, 100)]}),
+        ({place: [(40, 100)] for place in GPS}, {}),
+    ],
+)
+def test_every_component_stands_in_one_list(raised, unknown):
+    text = model({**SHOWN, "camera": ["z"]}, {"compass": []})
+    bank = bank_of(text)
+    assert [set(one.faults) for one in bank.generators] == [set(o.faults) for o in BANK.generators]
+    found = answer(raised, bank=bank, unknown=unknown, peak=5.0)
+    listed = [
+        *named(found.findings),
+        *named(found.consequences),
+        *(name for one in found.findings for name in one.inseparable_from),
+        *named(found.ruled_out),
+        *named(found.open),
+        *named(found.not_testable),
+    ]
+    assert sorted(listed) == sorted({*SHOWN, "camera", "compass"})
+
+
 # The verdict.
 
 
@@ -317,3 +344,38 @@ def test_values_of_the_answer_cannot_be_written():
     with pytest.raises(ValueError, match="read-only"):
         found.grid.marks[0, 0] = 1
     assert repr(found) == f"<Diagnosis: {found.verdict}>"
+
+
+@pytest.mark.parametrize(("later", "said"), [(3.0, "3.0 s after"), (-1.0, "1.0 s before")])
+def test_what_follows_is_told_with_when_it_shows(later, said):
+    """An estimator's limit, and the receiver that disturbs it."""
+    text = model(
+        {"monitor": ["ratio"], **SHOWN},
+        {"gps": ["estimator"], "estimator": []},
+        "limits:\n  bad: {variable: ratio, max: 1, component: estimator}\n",
+    )
+    bank = bank_of(text)
+    raised = {row(bank, "GPS.x", f"{who}.x"): [(40, 60)] for who in ("BARO", "RADAR")}
+    raised[limit_row(bank, "bad")] = [(40 + later, 60)]
+    found = answer(raised, bank=bank, peak=20.0)
+    assert named(found.findings) == ["gps"]
+    (one,) = found.consequences
+    assert (one.component, one.onset, one.because_of) == ("estimator", 40.0 + later, 1)
+    assert one.text == f"Estimator shows it {said} the gps"
+
+
+def test_who_would_explain_it_as_well_is_not_open():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"], "sun": ["y"], "star": ["y"]}))
+    found = answer({row(bank, "GPS.x", "BARO.x"): [(40, 100)]}, bank=bank, peak=20.0)
+    both = {found.findings[0].component, *found.findings[0].inseparable_from}
+    assert both == {"gps", "baro"}
+    assert not both & set(named(found.open))
+
+
+def test_a_diagnosis_is_shown_as_a_table():
+    found = answer({place: [(40, 100)] for place in GPS}, unknown={SKY: [(0, 100)]})
+    assert repr(found) == f"<Diagnosis: {found.verdict}>"
+    shown = found._repr_html_()
+    assert "<td>accused</td><td>gps</td>" in shown
+    assert "<td>not testable</td><td>sun, star</td>" in shown
+    assert "<td>what follows</td><td>–</td>" in shown

@@ -54,3 +54,20 @@ def test_frame_is_the_matrix_with_names():
     frame = implementable_isolability(bank_of(model({"gps": ["x"], "baro": ["x"]}))).frame()
     assert frame.index.tolist() == frame.columns.tolist() == ["GPS.x", "BARO.x"]
     assert frame.to_numpy().tolist() == [[0, 0], [0, 0]]
+
+
+def test_a_channel_is_at_fault_wherever_it_is_read_as_an_input_too():
+    """What the receiver tells of x gives u as well, which the compass shows by itself."""
+    text = model({"gps": ["x"], "baro": ["x"], "compass": ["w"]}).replace(
+        "measurements:",
+        "  u: {unit: m}\nequations:\n  a: {text: w = u, solves: [w]}\n"
+        "inputs:\n  GPS: {component: gps, fields: {x: {variable: u, accuracy: 1 m}}}\n"
+        "measurements:",
+    )
+    found = structural_isolability(bank_of(text).system)
+    assert found.faults == ("GPS.x", "BARO.x", "COMPASS.w")
+    assert found.matrix.tolist() == [
+        [False, True, True],  # without the barometer the compass still tells of it
+        [False, False, True],
+        [False, True, False],
+    ]

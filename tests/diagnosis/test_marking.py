@@ -110,3 +110,24 @@ def test_runs_are_half_open_and_the_last_sample_holds_one_more_step(mask, expect
 
 def test_runs_of_an_empty_grid_are_none():
     assert runs(np.empty(0), np.empty(0, dtype=bool)) == []
+
+
+def test_a_grid_tells_what_is_marked_when():
+    bank = bank_of(model(SHOWN))
+    grid = fault_grid(
+        alarms_of(
+            bank,
+            {row(bank, "GPS.x", "BARO.x"): [(10, 20), (30, 31)]},
+            unknown={row(bank, "GPS.x", "BARO.x"): [(50, 60)]},
+        )
+    )
+    assert grid.intervals(0, 1) == [[10.0, 20.0], [30.0, 31.0]]
+    assert repr(grid) == "<FaultGrid: 2 of 4 faults marked, 400 samples>"
+    shown = grid._repr_html_()
+    assert "<td>GPS.x</td><td>gps</td><td>10.0 to 20.0, 30.0 to 31.0</td>" in shown
+    assert "FaultGrid: 2 of 4 faults marked, 400 samples<" in shown
+    assert "RADAR.x" not in shown
+
+
+def test_a_single_sample_lasts_a_second():
+    assert runs(np.array([5.0]), np.array([True])) == [[5.0, 6.0]]

@@ -341,3 +341,14 @@ def test_only_a_twin_that_explains_as_much_by_the_opposite_is_told_beside_a_sens
     assert _against([best, replace(twin, hypothesis=replace(named, field="y"))], where) is None
     third = replace(twin, hypothesis=replace(named, names=("GPS3.x",)))
     assert _against([best, twin, third], where) is None
+
+
+@pytest.mark.parametrize("side", ["above", "below"])
+def test_a_statement_of_one_side_has_no_direction(side):
+    more = f"equalities:\n  higher: {{text: x = y, side: {side}}}\n"
+    text = MODEL.replace("  x: {unit: m}", "  x: {unit: m}\n  y: {unit: m}") + (
+        shows("gps", "GPS") + shows("baro", "BARO") + shows("radar", "RADAR").replace("x", "y")
+    )
+    bank = bank_of(text + more)
+    where = scene(alarms_of(bank, {}), "gps", ONSET, 0.0, 100.0)
+    assert [set(bank.generators[row].faults) for row in where.rows] == [{"GPS.x", "BARO.x"}]

@@ -1,8 +1,12 @@
 """Who together explains all alarms: told where one component is not the whole answer."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from fdi.diagnosis import diagnose
 from fdi.diagnosis.hypotheses import inquire
-from fdi.diagnosis.naming import Cause
+from fdi.diagnosis.naming import Cause, Effect
 from fdi.diagnosis.together import together
 
 from .build import alarms_of
@@ -44,3 +48,17 @@ def test_where_it_takes_three_no_set_of_two_is_told():
     third = pairs("camera", "y", (10, 30))
     (found,) = answer(raised | third).together
     assert found.diagnoses == ()
+
+
+def test_alarms_that_follow_or_merely_support_need_no_explanation():
+    """What follows from the receiver is left out: then the receiver alone explains the rest."""
+    raised = pairs("gps", "x", (40, 60)) | pairs("compass", "z", (42, 60))
+    (inquiry,) = inquire(alarms_of(BANK, raised, peak=20.0))
+    gps = [run for run in inquiry.runs if "gps" in inquiry.whom.of(run.row)]
+    compass = tuple(run for run in inquiry.runs if run not in gps)
+    cause = Cause(0, "gps", gps[0], tuple(gps), 0.9, (), ())
+    assert [one.diagnoses for one in together([inquiry], [cause], [])] == [(("gps", "compass"),)]
+    assert not list(together([inquiry], [cause], [Effect("compass", compass, cause)]))
+    supports = np.isin(np.arange(len(inquiry.whom.supports)), [run.row for run in compass])
+    supported = replace(inquiry, whom=replace(inquiry.whom, supports=supports))
+    assert not list(together([supported], [cause], []))

@@ -7,9 +7,23 @@ import numpy as np
 import pytest
 
 from fdi.diagnosis import Size
-from fdi.diagnosis.values import MOST_LETTERS
-from fdi.diagnosis.verdict import _fitted, _moment, _quantity, _time, count_tests
+from fdi.diagnosis.values import MOST_LETTERS, Ending
+from fdi.diagnosis.verdict import (
+    Tests as Counted,
+)
+from fdi.diagnosis.verdict import (
+    _amount,
+    _end_words,
+    _fitted,
+    _moment,
+    _quantity,
+    _quiet,
+    _time,
+    count_tests,
+    outlook,
+)
 from fdi.telemetry import Flight
+from fdi.telemetry.ends import FlightEnd
 
 from .build import alarms_of, bank_of, model, row
 
@@ -100,3 +114,107 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
     state[RADAR, np.arange(380, 390)] = 1
     found = count_tests(replace(alarms, state=state))
     assert (found.raised, found.strayed) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("end", "said"),
+    [
+        (FlightEnd(0, "impact", 90.0), "Hit the ground (log 90.0 s)"),
+        (FlightEnd(0, "impact", 90.0, 12.94), "Hit the ground at 12.9 m/s (log 90.0 s)"),
+        (
+            FlightEnd(0, "impact", 90.0, 3.0, 88.5, "lean"),
+            "Hit the ground at 3.0 m/s (log 90.0 s), 1.5 s after control was lost",
+        ),
+        (
+            FlightEnd(0, "impact", 90.0, None, 88.5, "stop"),
+            "Hit the ground (log 90.0 s), 1.5 s after all motors were told to stop",
+        ),
+        (FlightEnd(0, "impact", 90.0, None, 89.95), "Hit the ground (log 90.0 s)"),
+        (
+            FlightEnd(0, "control_lost", 90.0, None, 80.0, "demand"),
+            "Control was lost (log 80.0 s) and the log shows no recovery",
+        ),
+        (
+            FlightEnd(0, "in_air", 90.0, None, 80.0, "stop"),
+            "All motors were told to stop in the air (log 80.0 s) and the log shows no recovery",
+        ),
+        (FlightEnd(0, "in_air", 90.0), "The log ends in the air (log 90.0 s)"),
+        (FlightEnd(0, "landed", 90.0), "Landed (log 90.0 s)"),
+    ],
+)
+def test_how_a_flight_ended_is_told(end, said):
+    assert _end_words(end) == said
+
+
+@pytest.mark.parametrize(
+    ("counts", "said"),
+    [
+        ((9, 0, 0, 0), "Nothing in this telemetry could be tested."),
+        ((9, 8, 2, 1), "2 of 9 tests raised alarms"),
+        ((9, 8, 0, 3), "3 of 9 tests left what health explains"),
+        ((9, 8, 0, 0), "8 of 9 tests could run and stayed within"),
+        ((9, 9, 0, 0), "all 9 tests stayed within"),
+    ],
+)
+def test_where_nobody_is_accused_it_is_said_what_the_tests_did(counts, said):
+    assert said in _quiet(Counted(*counts))
+
+
+@pytest.mark.parametrize(
+    ("size", "said"),
+    [
+        (Size(("A.x",), (), "bias", -3.14, 0.1, "m", 0.0), "about 3.1 m off"),
+        (Size(("A.x",), (), "drift", 0.5, 0.1, "m", 0.0), "about 0.5 m a second off"),
+        (Size(("A.x",), (), "bias", 0.25, 0.1, "1", 0.0), "about 0.25 off"),
+        (Size(("A.x",), (), "bias", 95.0, 0.1, "Pa", 0.0, 8.2, "m"), "about 8.2 m off"),
+        (Size(("A.x",), (), "bias", 950.0, 0.1, "Pa", 0.0), "about 9.5 hPa off"),
+    ],
+)
+def test_a_size_is_told_in_short(size, said):
+    assert _amount(size) == said
+
+
+def outlook_of(tests=(3, 3, 0, 0), *, findings=(), how="landed", landing=95.0, parts="", **more):
+    text = model(SHOWN).replace("sun: {", f"sun: {{{parts}")
+    flights = (Flight(0, 100, takeoff=5.0, landing=landing),)
+    ends = (FlightEnd(0, how, 95.0),)
+    alarms = alarms_of(bank_of(text), {}, flights=flights, ends=ends, **more)
+    return outlook(findings, [Ending(end) for end in ends], Counted(*tests), alarms)
+
+
+def test_a_glance_tells_the_worst_that_is_known():
+    motor = "group: propulsion, "
+    assert outlook_of(findings=[object()], how="impact") == "accused"
+    assert outlook_of(how="impact", parts=motor) == "ended badly"
+    assert outlook_of((3, 0, 0, 0), parts=motor) == "untested"
+    assert outlook_of((3, 3, 1, 0), parts=motor) == "alarms"
+    assert outlook_of((3, 3, 0, 1), parts=motor) == "alarms"
+    assert outlook_of(how="failsafe", parts=motor) == "alarms"
+    assert outlook_of(how="in_air", landing=None, parts=motor) == "untested"
+    assert outlook_of(parts=motor) == "healthy"
+    assert outlook_of() == "untested"  # nothing that keeps it in the air is tested
+    sky = {row(bank_of(model(SHOWN)), "SUN.y", "STAR.y"): [(0, 100)]}
+    assert outlook_of(parts=motor, unknown=sky) == "untested"
+
+
+@pytest.mark.parametrize(("onset", "height"), [(0.0, 0), (40.0, 40), (99.75, 100), (500.0, 100)])
+def test_a_height_is_that_of_the_onset(onset, height):
+    signals = alarms_of(BANK, {}).residuals.signals
+    signals = replace(signals, height=signals.t.copy(), flights=(Flight(0, 100, takeoff=0.0),))
+    found = SimpleNamespace(onset=onset, flight=0)
+    assert _moment(found, signals)[1] == f", at {height} m"
+
+
+def test_a_time_in_flight_is_from_its_take_off_and_of_several_its_number_is_told():
+    signals = alarms_of(BANK, {}).residuals.signals
+    two = (Flight(0, 30, takeoff=5.0), Flight(40, 100, takeoff=None))
+    signals = replace(signals, flights=two)
+    for onset, flight, said in (
+        (25.0, 0, "20.0 s into flight 1 (log 25.0 s)"),
+        (3.0, 0, "3.0 s into the log"),
+        (45.0, 1, "5.0 s into flight 2 (log 45.0 s)"),
+    ):
+        assert _moment(SimpleNamespace(onset=onset, flight=flight), signals)[0] == said
+    one = replace(signals, flights=two[:1])
+    found = SimpleNamespace(onset=25.0, flight=0)
+    assert _moment(found, one)[0] == "20.0 s into flight (log 25.0 s)"

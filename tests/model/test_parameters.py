@@ -11,7 +11,8 @@ import fdi
 from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.codec import decode, encode
-from fdi.model.parameters import assumptions, value_of
+from fdi.model.parameters import assumptions, value_of, with_learned
+from fdi.model.system import Estimate
 from fdi.residuals import Differentiation, build_bank
 from fdi.telemetry import Sampling
 
@@ -280,3 +281,50 @@ def test_a_value_counts_where_the_log_names_no_frame(
 def test_a_parameter_of_the_frame_is_kept_with_the_model(framed):
     again = decode(type(framed), encode(framed))
     assert again.parameters["r_3"].frame == "roll_3"
+
+
+IDENTIFIED = """format: 1
+name: small
+components: {gps: {}}
+variables: {v: {unit: m/s}, w: {unit: m/s}, off: {unit: m/s}}
+parameters:
+  drag: {unit: m/s, identify: {prior: 0.5, bounds: [-2, 2], zero: off}}
+  fixed: {unit: m/s, value: 3}
+equations:
+  e_1: {text: off = v - w - drag, solves: [off]}
+measurements:
+  A: {component: gps, fields: {v: {variable: v, accuracy: 1 m/s}}}
+  B: {component: gps, fields: {w: {variable: w, accuracy: 1 m/s}}}
+"""
+
+
+@pytest.fixture
+def identified(tmp_path):
+    path = tmp_path / "small.yaml"
+    path.write_text(IDENTIFIED, encoding="utf-8")
+    return load_airframe(path).observe()
+
+
+@pytest.mark.parametrize("value", [-2.0, 1.25, 2.0])
+def test_what_earlier_flights_told_of_a_parameter_takes_the_place_of_the_prior(identified, value):
+    told = Estimate(value, 0.1, 4)
+    found = with_learned(identified, {"drag": told}).parameters
+    assert (found["drag"].value, found["drag"].std, found["drag"].source) == (value, 0.1, "policy")
+    assert found["drag"].learned == told
+    assert found["drag"].bounds == (-2.0, 2.0)
+    assert found["fixed"] == identified.parameters["fixed"]
+    assert with_learned(identified, {}) is identified
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("drag", 2.1, "mine.yaml: calibration.parameters: the value 2.1 of drag is not within"),
+        ("drag", -2.1, "bounds \\[-2, 2\\]"),
+        ("fixed", 3.0, "no parameter 'fixed' to identify in small, which identifies drag"),
+        ("nobody", 3.0, "no parameter 'nobody'"),
+    ],
+)
+def test_what_cannot_have_been_learned_is_refused(identified, name, value, said):
+    with pytest.raises(ModelError, match=said):
+        with_learned(identified, {name: Estimate(value, 0.1)}, where="mine.yaml")

@@ -135,3 +135,15 @@ def test_nobody_is_told_to_record_what_a_method_makes(tmp_path):
 def test_a_log_without_anything_of_the_model_is_refused(balloon):
     with pytest.raises(LogError, match="no message that the model 'balloon' measures"):
         place(balloon, stub_log({"HEARTBEAT": ["type"]}, units=UNITS))
+
+
+def test_who_gains_most_stands_first(balloon):
+    """A second height makes its fault and the first one's detectable; a second wind just these."""
+    log = stub_log({"GPS_RAW_INT": ["alt"], "WIND": ["speed"]}, units=UNITS)
+    gains = place(balloon, log).gains
+    sizes = [len(gain.detectable) + len(gain.isolable) for gain in gains]
+    assert sizes == sorted(sizes, reverse=True)
+    many = rules.Gain("many", ("a",), (("a", "b"), ("b", "a")))
+    some = rules.Gain("some", ("a", "b"), ())
+    few = rules.Gain("few", (), (("a", "b"),))
+    assert [one.name for one in rules._ordered([few, some, many])] == ["many", "some", "few"]

@@ -116,6 +116,7 @@ def test_a_column_that_is_not_there_is_told_with_its_line():
             "m.yaml:1: for: no file that includes this one gives the column 'i', 'o'",
         ),
         ("v: {x: 'sum(u_{j} for j)'}\n", "m.yaml:1: v.x: 'for j': 'for' has no row"),
+        ("v: {x: 'sum(u_{j} for j but 3)'}\n", "m.yaml:1: v.x: 'for j': 'for' has no row"),
         (
             "for: {i: [1]}\nv:\n  x_{i}: 'max(u_{j} for j but {i})'\n",
             "m.yaml:3: v.x_{i}: 'for j': 'for' has no row left",
@@ -144,7 +145,7 @@ def test_a_column_that_is_not_there_is_told_with_its_line():
         ("for:\n  i: [1, true]\n", "m.yaml:2: for.i: may hold words and whole numbers only"),
         ("for:\n  i-j: [1]\n", "m.yaml:2: for.i-j: is not a word"),
         (
-            "for:\n  i: [" + "a" * 81 + "]\n",
+            "for:\n  i: [1, " + "a" * 81 + "]\n",
             "m.yaml:2: for.i: has a word of more than 80 characters",
         ),
         ("for: {i: [1, 1]}\nv:\n  x_{i}: 1\n", "m.yaml:3: v.x_{i}: 'x_1' is there twice"),

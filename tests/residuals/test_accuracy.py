@@ -8,7 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.residuals import build_bank
-from fdi.residuals.accuracy import MOST, WORSE, believed, reported_accuracies
+from fdi.residuals.accuracy import (
+    BEGINNING_S,
+    MOST,
+    WORSE,
+    beginning_of,
+    believed,
+    reported_accuracies,
+)
 from fdi.telemetry import Channel
 
 from .build import GLIDER, airframe
@@ -35,6 +42,29 @@ def test_a_sensor_that_grows_bad_is_excused_by_a_factor_only():
     reports = np.array([0.6] * 10 + [276.0] * 10)
     used = believed(reports, 1.3, slice(0, 5))
     assert used[-1] == pytest.approx(WORSE * 1.3)
+
+
+@pytest.mark.parametrize(
+    ("beginning", "most"),
+    [
+        ([1.0, 2.0, 3.0], 2.0),
+        ([0.1, 0.2, 9.0], 1.0),
+        ([9.0, 9.0, 1.0], MOST),
+        ([np.nan, 1.5, np.nan], 1.5),
+        ([np.nan] * 3, 1.0),
+    ],
+)
+def test_what_is_usual_is_the_median_of_the_beginning_within_bounds(beginning, most):
+    """In units of what is stated; a report of later may be so many times worse."""
+    used = believed(np.array([*beginning, 1e6, 0.5]), 1.0, slice(0, 3))
+    assert used[-2:].tolist() == [WORSE * most, 1.0]
+
+
+def test_the_beginning_is_that_of_the_time_in_the_air(tmp_path):
+    signals = run(build_bank(airframe(tmp_path).observe(), "cross_checks"), truth(200)).signals
+    state = replace(signals.state, airborne=np.arange(200) >= 30)
+    own = beginning_of(replace(signals, state=state))
+    assert (own.start, own.stop) == (30, 30 + round(BEGINNING_S * signals.rate_hz))
 
 
 def test_without_a_report_the_stated_accuracy_counts():

@@ -8,6 +8,7 @@ import pytest
 from fdi.errors import UsageError
 from fdi.residuals import Differentiation, build_bank
 from fdi.residuals.distinguish import (
+    _crossing,
     at_smallest,
     best_test,
     distinguishability,
@@ -91,6 +92,19 @@ def test_telling_is_never_easier_than_seeing(seen):
     detected = found.detected[:, None] * np.ones(len(found.names))
     known = np.isfinite(found.told)
     assert (found.told[known] <= detected[known] * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize(
+    ("lengths", "size"),
+    [
+        ([0.0, 1.0, 3.0, 5.0], 2.5),  # half of the way from 1 to 3
+        ([2.0, 3.0, 4.0, 5.0], 1.0),
+        ([0.0, 3.0, 1.0, 5.0], 3.25),  # what is lost again does not count
+        ([0.0, 1.0, 1.0, 1.5], np.inf),
+    ],
+)
+def test_a_fault_is_seen_from_where_it_is_seen_for_good(lengths, size):
+    assert _crossing(np.array([1.0, 2.0, 3.0, 4.0]), np.array(lengths), 2.0) == size
 
 
 def test_smallest_size_of_a_distance_is_that_of_normal_quantiles():

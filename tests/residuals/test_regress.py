@@ -59,6 +59,37 @@ def test_scatter_counts_once_in_ten_seconds():
     assert error[1500] == pytest.approx(2 / (20 / np.sqrt(2)) / 10, rel=0.1)
 
 
+@pytest.mark.parametrize("window_s", [4.0, 40.0])
+def test_slope_and_error_are_those_of_each_window_by_itself(window_s):
+    """By its covariance matrix, for two pairs with noise in what leads."""
+    rng = np.random.default_rng(7)
+    leaders = rng.normal(3.0, [[2.0], [5.0]], (2, 60))
+    followers = 0.7 * leaders + rng.normal(-1.0, 1.0, (2, 60))
+    followers[0, 30] = np.nan
+    noises = np.array([np.full(60, 0.5), np.linspace(0.1, 1.0, 60)])
+    found, error = slope([*followers], [*leaders], [*noises], 1.0, window_s)
+    half = round(window_s / 2)
+    for place in (12, 31, 47):
+        here = [i for i in range(max(0, place - half), min(60, place + half + 1)) if i != 30]
+        parts = [np.cov(leaders[i, here], followers[i, here], bias=True) for i in (0, 1)]
+        (leading, common), (_, following) = np.sum(parts, axis=0)
+        expected = common / leading
+        scatter = (following / leading - expected**2) / max(1.0, window_s / 10.0)
+        power = (noises[:, here] ** 2).mean(axis=1).sum()
+        lost = expected * power / (leading - power)
+        assert found[place] == pytest.approx(expected)
+        assert error[place] == pytest.approx(np.sqrt(scatter + lost**2))
+
+
+@pytest.mark.parametrize(("unknown", "is_told"), [(10, True), (11, False)])
+def test_half_of_a_window_must_be_known(unknown, is_told):
+    x, _ = circle(100)
+    y = 2.0 * x
+    y[50 : 50 + unknown] = np.nan
+    found, _ = slope([y], [x], [np.zeros(100)], STEP, 4.0)  # 21 samples
+    assert np.isfinite(found[50 + unknown // 2]) == is_told
+
+
 def test_a_leader_that_rests_gives_no_slope():
     found, error = slope([np.arange(50.0)], [np.full(50, 3.0)], [np.ones(50)], STEP, 4.0)
     assert np.isnan(found).all()

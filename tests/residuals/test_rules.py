@@ -15,6 +15,7 @@ from fdi.model.system import SystemEquation
 from fdi.residuals.rules import (
     NoMatching,
     Reason,
+    _is_explicit,
     best_matchings,
     cheapest_matching,
     choices_of,
@@ -286,3 +287,20 @@ def test_strong_components_are_those_of_networkx_in_topological_order(case):
 def test_a_long_chain_needs_no_recursion(size):
     arrows = {i: [i + 1] for i in range(size)} | {size: []}
     assert len(strong_components(range(size + 1), arrows)) == size + 1
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "explicit"),
+    [
+        ("x", "y + 1", True),
+        ("y + 1", "x", True),
+        ("x", "x**2 - y", False),
+        ("x**2 - y", "x", False),
+        ("2*x", "y", False),
+        ("v", "der(x)", True),
+    ],
+)
+def test_an_equation_is_explicit_that_says_what_a_variable_is(left, right, explicit):
+    own = SystemEquation("e", Kind.RELATION, parse(left), parse(right), {})
+    assert _is_explicit(own, "x") == explicit
+    assert _is_explicit(measured(0, "x"), "x")
