@@ -94,11 +94,6 @@ FEATURES: Final[Mapping[str, Feature]] = {
         "alarms, not before its own, of what it disturbs",
         "what it disturbs alarms too, and not before it",
     ),
-    "follows": Feature(
-        -1,
-        "alarms, not after its own, of what disturbs it",
-        "what could disturb it alarms too, and not after it",
-    ),
     "computed": Feature(
         -1, "it has no parts that break", "it is computed: it has no part that breaks"
     ),
@@ -203,7 +198,6 @@ def features(
         unique = judged & only & ~whom.supports
         alone = held & only & ~whom.supports
         since = float(done.onset[mine].min())
-        above = [n for n in ties if name in reach[n] and began[n] <= since + SIMULTANEOUS_S]
         below = [n for n in reach[name] if n in own and began[n] >= since - SIMULTANEOUS_S]
         values = {
             "one": 1.0,
@@ -215,7 +209,6 @@ def features(
             "healed": np.log1p(done.well_again(mine)),
             "late": np.log1p(max(since - done.at, 0.0)),
             "explains": max((own[n] for n in below), default=0.0),
-            "follows": max((own[n] for n in above), default=0.0),
             "computed": float(component.computed),
             "controller": float(component.group == "autopilot"),
         }

@@ -29,7 +29,6 @@ WEIGHTS = Fitted(
         "healed": -0.75,
         "late": -1.5,
         "explains": 1.5,
-        "follows": -2.5,
         "computed": -4.5,
         "controller": -3.0,
     },

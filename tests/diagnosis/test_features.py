@@ -69,7 +69,6 @@ def test_an_alarm_that_does_not_pass_its_threshold_is_no_evidence(peak):
     found = told({PAIR: [(40, 60)], DISTURBED: [(40, 60)]}, peak=peak)
     for name in ("fit", "explains"):
         assert found["gps"][name] == 0.0
-    assert found["estimator"]["follows"] == 0.0
     assert found["gps"]["tests"] == pytest.approx(math.log(2))  # it is counted all the same
     assert told({FAR: [(40, 60)]}, bank=LIMITED, peak=peak)["gps"]["alone"] == 0.0
 
@@ -285,31 +284,24 @@ def test_who_shows_later_than_the_first_alarm_is_late():
     assert found["estimator"]["late"] == found["camera"]["late"] == 0.0
 
 
-def test_who_disturbs_another_explains_it_and_who_is_disturbed_follows():
+def test_who_disturbs_another_explains_it_and_nobody_explains_who_disturbs_it():
     found = told({PAIR: [(40, 60)], DISTURBED: [(40, 60)]})
-    assert (found["gps"]["explains"], found["gps"]["follows"]) == (pytest.approx(FOLD), 0.0)
-    assert (found["estimator"]["explains"], found["estimator"]["follows"]) == (
-        0.0,
-        pytest.approx(FOLD),
-    )
-    assert (found["camera"]["explains"], found["camera"]["follows"]) == (0.0, 0.0)
-    assert told({DISTURBED: [(40, 60)]})["estimator"]["follows"] == 0.0
+    assert found["gps"]["explains"] == pytest.approx(FOLD)
+    assert found["estimator"]["explains"] == found["camera"]["explains"] == 0.0
 
 
 @pytest.mark.parametrize(
     ("later", "counts"),
     [(-5.0, True), (0.0, True), (SIMULTANEOUS_S, True), (SIMULTANEOUS_S + SAMPLE, False)],
 )
-def test_what_shows_clearly_before_what_disturbs_it_does_not_follow_from_it(later, counts):
+def test_what_shows_clearly_before_what_disturbs_it_is_not_explained_by_it(later, counts):
     found = told({PAIR: [(40 + later, 60)], DISTURBED: [(40, 60)]})
     assert found["gps"]["explains"] == pytest.approx(FOLD if counts else 0.0)
-    assert found["estimator"]["follows"] == pytest.approx(FOLD if counts else 0.0)
 
 
-def test_it_is_the_alarm_of_its_own_that_follows_not_one_that_suspects_it():
-    """The statement holds the estimator; of the gps, which it suspects, nothing alarms."""
+def test_who_is_suspected_explains_the_alarm_of_what_it_disturbs():
+    """The statement holds the estimator, and suspects the gps, of which nothing alarms."""
     found = told({SAID: [(40, 60)]}, bank=LIMITED)
-    assert found["estimator"]["follows"] == 0.0
     assert found["gps"]["explains"] == pytest.approx(FOLD)
 
 
