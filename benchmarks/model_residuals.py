@@ -4,14 +4,16 @@
 
 In: the flights of ../shared beside the repository, those of the archive of closed loops among them;
 of these the ``.tlog`` flights that are labelled without a fault, for diagnosis, by a quadcopter, an
-aeroplane or a VTOL. Out: the Markdown tables of ``docs/models.md``, for each model what its
-residuals and its limits show over all these flights, and whom the default policy accuses. A VTOL is
-judged as an aeroplane too: its tables hold what the aeroplane's do not. With ``--write`` they
-replace what ``docs/models.md`` holds between its two marks.
+aeroplane or a VTOL, and ``.ulg`` flights until their first fault: only these say where a VTOL's
+motors are, and how fast motors turn. Out: the Markdown tables of ``docs/models.md``, for each model
+what its residuals and its limits show over all these flights, and whom the default policy accuses.
+A VTOL is judged as an aeroplane too: its tables hold what the aeroplane's do not. With ``--write``
+they replace what ``docs/models.md`` holds between its two marks.
 
-Everything is taken in flight: from take-off to landing, impact or the label's ``evaluate_until``. A
-residual is counted after its centre is taken off, as the policy does. For a limit the residual is
-zero inside the bound and says nothing, so the second table shows how much is left to the bound.
+Everything is taken in flight: from take-off to landing, impact, a fault or the label's
+``evaluate_until``. A residual is counted after its centre is taken off, as the policy does. For a
+limit the residual is zero inside the bound and says nothing, so the second table shows how much is
+left to the bound.
 """
 
 from __future__ import annotations
@@ -67,14 +69,17 @@ class Pool:
     alarms: int = 0
 
 
-def healthy_flights(folders: Iterable[Path]) -> Iterator[tuple[Path, Mapping[str, Any]]]:
-    """Yield path and label of the healthy flights, in the order of their paths."""
+def healthy_flights(folders: Iterable[Path]) -> Iterator[tuple[Path, str, float | None]]:
+    """Yield path, origin and until when, s, of the healthy flights, in the order of their paths."""
     for folder in folders:
         labels = json.loads((folder / LABELS.name).read_text(encoding="utf-8"))["flights"]
         for path, label in sorted(labels.items()):
-            wanted = label["use"] == "diagnosis" and not label["faults"]
-            if wanted and path.endswith(".tlog") and label["vehicle"] in VEHICLES:
-                yield folder / path, label
+            ends = [fault["onset"] for fault in label["faults"]]
+            wanted = path.endswith(".ulg") or (path.endswith(".tlog") and not ends)
+            if label["evaluate_until"] is not None:
+                ends.append(label["evaluate_until"])
+            if wanted and label["use"] == "diagnosis" and label["vehicle"] in VEHICLES:
+                yield folder / path, label["origin"], min(ends, default=None)
 
 
 def name_of(generator: Generator, system: System) -> str:
@@ -262,18 +267,18 @@ def tables(folders: Iterable[Path]) -> Iterator[str]:
     accused: dict[str, list[str]] = defaultdict(list)
     hours: dict[str, float] = defaultdict(float)
     count: dict[str, int] = defaultdict(int)
-    for path, label in healthy_flights(folders):
+    for path, origin, until in healthy_flights(folders):
         analysis = fdi.analyze(path)
-        model, until = analysis.airframe.name, label["evaluate_until"]
+        model = analysis.airframe.name
         within = spans(analysis.log, analysis.signals.t, until)
-        add_residuals(analysis, within, residuals[model], label["origin"])
-        add_limits(analysis, within, limits[model], label["origin"])
+        add_residuals(analysis, within, residuals[model], origin)
+        add_limits(analysis, within, limits[model], origin)
         count[model] += 1
         hours[model] += sum(max(0.0, end - start) for start, end in within) / 3600
         accused[model] += [
             f"`{path.parent.name}/{path.name}` {finding.component} from {finding.onset:.1f} s"
             for finding in analysis.findings
-            if until is None or finding.onset < until
+            if until is None or (finding.alarm or finding.onset) < until
         ]
     for model, pools in sorted(residuals.items()):
         names = {name.split(":")[0]: name for name in limits[model]}

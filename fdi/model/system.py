@@ -229,9 +229,10 @@ class System(Shown):
             set(read_by(e.measurement, self.parameters)) if e.measurement else set()
             for e in self.equations
         ]
+        inputs = self.inputs
         for number, equation in enumerate(self.equations):
-            for name in equation.edges.keys() & self.inputs.keys():
-                read[number] |= read[self.inputs[name]]
+            for name in equation.edges.keys() & inputs.keys():
+                read[number] |= read[inputs[name]]
         found = []
         for fault in self.faults:
             shown = self.equations[fault.equation].measurement
