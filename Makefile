@@ -73,6 +73,7 @@ conformance: $(VENV)/.installed-test
 
 metamorphic: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m metamorphic
+	$(BIN)/python -m pytest -m soak tests/test_metamorphic.py
 
 page: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "soak or not soak" tests/report/page

@@ -36,7 +36,12 @@ FAULTY = [
         "sitl/plane/p10_airspeed_stuck.tlog",
     ),
 ]
-LESS = [*examples(), *shared("sitl/copter/c47_compass_fail.tlog")]
+QUICK = ("copter_gps_loss_landing", "plane_engine_failure_stall")
+"""Some thirty analyses a flight; the others, and more, by `make metamorphic`."""
+LESS = [
+    pytest.param(*p.values, id=p.id, marks=[*p.marks, *([pytest.mark.soak] * (p.id not in QUICK))])
+    for p in [*examples(), *shared("sitl/copter/c47_compass_fail.tlog")]
+]
 MOTORS = [p for p in FAULTY if "motor" in p.id]
 COPTER, PLANE = (
     next(p.values[0] for p in examples() if p.id == name)
