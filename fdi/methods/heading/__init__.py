@@ -10,8 +10,9 @@ is wrong by a cross-check of headings, and what it would have said. `Log` -> `He
 - ``trees.py``: the decision trees
 - ``recovery.py``: what a failed block would have said; ``reckoning.py``: positions without fixes
 - ``replaced.py``: a log with a recovered block in place of the one that failed
-- ``columns.py``: who is the odd one out, as columns that an analysis weighs; ``forces.py``:
-  specific force against the receiver; ``twins.py``: gyroscopes of two units
+- ``columns.py``: who is the odd one out, as columns that an analysis weighs
+- ``course.py``: turns on wings against the course
+- ``forces.py``: specific force against the receiver; ``twins.py``: gyroscopes of two units
 - ``compute.py``: headings by compass, course, camera
 - ``tilt.py``: roll and pitch by accelerometers, by gyroscopes, by both
 - ``geodesy.py``: courses and places on the ellipsoid
