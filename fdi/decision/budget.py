@@ -32,6 +32,10 @@ SEED: Final = 0
 SAMPLES: Final = 16_384
 """Simulated at once."""
 ROUNDS: Final = 5
+MOST_ROUNDS: Final = 25
+SEEN: Final = 2.0
+"""So many of the alarms asked for are simulated, if that takes no more rounds than that: tails are
+heavier than a Gaussian one, and what lies far beyond the simulated hours is underestimated."""
 MOST_SAMPLES: Final = 40_000
 """Of one flight; of a longer one its first so many in the air."""
 AROUND_S: Final = 15.0
@@ -149,7 +153,8 @@ def scale_for(budget: float, noise: Noise, recipe: PredictedSpread) -> float:
     rng = np.random.default_rng(SEED)
     flights = max(1, SAMPLES // noise.model.samples)
     drawn, found, hours = noise, [], 0.0
-    for _ in range(ROUNDS):
+    rounds = int(np.clip(np.ceil(SEEN / (budget * flights * noise.hours)), ROUNDS, MOST_ROUNDS))
+    for _ in range(rounds):
         scales = simulated(drawn, drawn.model.of(drawn.rows).draw(flights, rng), recipe)
         found.append(peaks(np.max(list(scales.values()), axis=0)))
         hours += flights * noise.hours
