@@ -35,7 +35,8 @@ ROUNDS: Final = 5
 MOST_ROUNDS: Final = 25
 SEEN: Final = 2.0
 """So many of the alarms asked for are simulated, if that takes no more rounds than that: tails are
-heavier than a Gaussian one, and what lies far beyond the simulated hours is underestimated."""
+heavier than a Gaussian one, and what lies far beyond the simulated hours is underestimated (Both
+are chosen.)"""
 MOST_SAMPLES: Final = 40_000
 """Of one flight; of a longer one its first so many in the air."""
 AROUND_S: Final = 15.0

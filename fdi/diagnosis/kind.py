@@ -8,6 +8,9 @@ scale. Where alarms say different things, or nothing of all this, it is not know
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Final
+
 from fdi.decision import Alarms
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.explain import scattered
@@ -16,7 +19,7 @@ from fdi.diagnosis.naming import Cause
 from fdi.diagnosis.values import FindingKind, Size
 from fdi.model.parts import Kind
 
-_GROWS: dict[str, FindingKind] = {"bias": "step", "drift": "ramp"}
+_GROWS: Final[Mapping[str, FindingKind]] = {"bias": "step", "drift": "ramp"}
 
 
 def kind_of(cause: Cause, size: Size | None, alarms: Alarms) -> FindingKind:

@@ -54,6 +54,15 @@ def test_where_nothing_flies_there_are_no_hours():
     assert scale_for(10.0, found, RECIPE) == FLOOR
 
 
+@pytest.mark.parametrize(("per_hour", "rounds"), [(10.0, 5), (0.25, 8), (0.01, 25)])
+def test_the_rarer_an_alarm_may_be_the_longer_is_simulated(per_hour, rounds, monkeypatch):
+    """Five minutes at 4 Hz are drawn 13 times at once, 1.08 h: two alarms at 0.25 take 8 rounds."""
+    drawn = []
+    monkeypatch.setattr(budget, "simulated", lambda *a: drawn.append(1) or simulated(*a))
+    scale_for(per_hour, noise(normal(2)), RECIPE)
+    assert len(drawn) == rounds
+
+
 @pytest.mark.parametrize("size", [0.01, 0.3, 1.0])
 def test_noise_is_in_spreads_and_of_what_varies(size):
     values = size * normal(3)

@@ -27,17 +27,15 @@ from fdi.methods.heading.increments import (
     turns,
 )
 from fdi.methods.heading.motion import FIX_LATE_S, Ride, gap_between
+from fdi.methods.heading.sources import BREEZE, WIND
 from fdi.methods.heading.tilt import angle_rates
 from fdi.telemetry.message import Floats
 
 COURSE_S: Final = 20.0
 """A gust disturbs a long window no more than a short one, and a gyroscope goes on drifting: as long
-as positions are held against velocities (``gps_position_strays``)."""
+as positions are held against velocities (``gps_position_strays``). With 5 s drifts show later."""
 GUST: Final = 0.7
 """m/s, one sigma of light turbulence: a tenth of a wind of 15 knots (MIL-F-8785C, 3.7.2)."""
-WIND: Final = 1.0
-BREEZE: Final = 5.0
-"""m/s, of an estimator's wind, and of one that nobody tells: a gentle breeze."""
 SURE: Final = np.radians(20.0)
 """A course that is less certain at one of its ends tells no heading."""
 

@@ -42,6 +42,7 @@ OLDEST_S: Final = 3.0
 """Of the first of the two fixes."""
 SPEED: Final = 0.3  # m/s, of a receiver
 WIND: Final = 1.0  # m/s, of an estimator's wind
+BREEZE: Final = 5.0  # m/s, of one that nobody tells: a gentle or fresh breeze
 SIDESLIP: Final = np.radians(5.0)  # of a vehicle with wings
 DRAG: Final = 0.3  # m/s2: bias of accelerometers, by which rotor drag is told
 TURNS: Final = np.radians(20.0)  # rad/s; beyond, a course lags
@@ -155,7 +156,7 @@ def _course(ride: Ride) -> Source:
     through = np.hypot(north - wind[0], east - wind[1])
     slip, doubt = _sideslip(ride)
     heading = heading_of_course(north, east, wind[0], wind[1], slip)
-    blown = WIND if ride.wind is not None else 5.0
+    blown = WIND if ride.wind is not None else BREEZE
     # as far as the air may be known: a wind that nobody tells is a fresh breeze
     of_speed = SPEED / np.maximum(np.minimum(speed[at], through), 1e-3)
     sigma = np.sqrt(
