@@ -3,7 +3,8 @@
 In: a cause with its alarms, and by how much its sensor is wrong. Out: a `FindingKind`, by what is
 read in the alarms that came first: that a channel fell silent, stood still or scattered says so
 itself; a size that stays is a step, one that grows a ramp, one that goes with what is measured a
-scale. Where alarms say different things, or nothing of all this, it is not known.
+scale. Where alarms say different things, or nothing of all this, it is not known. Of what is no
+sensor a channel that stands still or falls silent is the command or the report, and not the part.
 """
 
 from __future__ import annotations
@@ -50,8 +51,7 @@ def _behaviour(run: Run, component: str, alarms: Alarms) -> FindingKind | None:
     left = bank.system.equations[bank.generators[run.row].residual]
     for equation in used:
         if equation.measurement is not None and (told := equation.measurement.behaviour):
-            measures = bank.system.components[component].group == "sensor"
-            return "stuck" if told == "freeze" and not measures else told
+            return told if bank.system.components[component].group == "sensor" else None
     if left.component == component and any(equation.regressed for equation in used):
         return "scale"
     return "noise" if scattered(run, alarms) is not None else None

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 QUIET, MARKED, UNKNOWN = 0, 1, -1
 MOST_LETTERS = 240
 
-FindingKind = Literal[
-    "step", "ramp", "freeze", "loss", "noise", "scale", "stuck", "limit", "unknown"
-]
+FindingKind = Literal["step", "ramp", "freeze", "loss", "noise", "scale", "limit", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)

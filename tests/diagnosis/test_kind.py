@@ -30,3 +30,10 @@ def test_a_failure_is_of_the_kind_that_was_put_in(
     other.write_bytes(injected(fdi.read(LOG), parse_fault(f"{fault}@{(low + high) / 2:.1f}")))
     first = fdi.analyze(other).diagnosis.findings[0]
     assert (first.component, first.kind) == (component, kind)
+
+
+def test_an_output_that_stands_still_does_not_say_how_a_motor_failed() -> None:
+    log = ROOT / "examples" / "crash_logs" / "copter_motor_failure_crash.tlog"
+    first = fdi.analyze(log).diagnosis.findings[0]
+    assert first.component.startswith("motor_")
+    assert first.kind in ("limit", "unknown")
