@@ -7,7 +7,8 @@
 # make conformance  every value of every log in ../shared against the reference readers (minutes)
 # make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
 # make page      the reports of all examples, driven in a browser (a minute; needs chromium)
-# make soak      200,000 mutated logs through all readers, 10,000 through the analysis (hours); COUNT=2000 tries fewer
+# make soak      200,000 mutated logs through all readers, 10,000 through the analysis, 5,000 and 500 more with
+#                damaged clocks (hours); COUNT=2000 tries fewer
 # make fit       the weights of the diagnosis, anew from all labelled flights in ../shared (minutes)
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
@@ -83,6 +84,8 @@ COUNT ?= 200000
 soak: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $(COUNT)
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 20 )) --analyze
+	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 40 )) --clocks
+	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 400 )) --clocks --analyze
 
 fit: $(VENV)/.installed-test
 	$(BIN)/python benchmarks/fit.py --write

@@ -6,6 +6,7 @@ site asks nothing of the network: formulas are MathML, the theme brings no fonts
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,11 +14,16 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from docutils import nodes
+from docutils.statemachine import StringList
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.errors import SphinxError
+from sphinx.util.docutils import SphinxDirective
 
 import fdi
+
+sys.path.insert(0, str(Path(__file__).parent))  # for the file beside this one
+import reference
 
 project = "fdi"
 author = copyright = "The fdi developers"
@@ -102,8 +108,24 @@ def _as_mathml(block: bool) -> Callable[[Any, nodes.Element], None]:
     return write
 
 
+class _FromCode(SphinxDirective):
+    """A part of a page that the code itself tells: ``commands``, or the fields of a schema."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Return the part as nodes, with its headings."""
+        (what,) = self.arguments
+        text = reference.commands() if what == "commands" else reference.fields(what)
+        holder = nodes.section()
+        holder.document = self.state.document
+        self.state.nested_parse(StringList(text.splitlines(), source=what), 0, holder, True)
+        return list(holder.children)
+
+
 def setup(app: Sphinx) -> None:
     """Add to Sphinx what no extension has."""
+    app.add_directive("from-code", _FromCode)
     inline, block = ((_as_mathml(one), None) for one in (False, True))
     app.add_html_math_renderer("mathml", inline_renderers=inline, block_renderers=block)
     app.connect("build-finished", _refuse_broken_links)

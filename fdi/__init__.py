@@ -41,6 +41,9 @@ _HOMES = {
     "vote": "fdi.methods.voting",
 }
 
+_ROOMS = ("decision", "diagnosis", "methods", "model", "residuals", "structure", "telemetry")
+"""What `fdi.structure.Model` and its like are reached by, without an import of their own."""
+
 __version__ = "0.2.0"
 __all__ = [
     "Analysis",
@@ -63,12 +66,14 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        from importlib import import_module
+    if name not in _HOMES and name not in _ROOMS:
+        raise AttributeError(f"module 'fdi' has no attribute {name!r}")
+    from importlib import import_module
 
-        return getattr(import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'fdi' has no attribute {name!r}")
+    if name in _ROOMS:
+        return import_module(f"fdi.{name}")
+    return getattr(import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return sorted([*__all__, *_ROOMS, "__version__"])

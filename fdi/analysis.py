@@ -14,11 +14,14 @@ import numpy as np
 from fdi import __version__
 from fdi.chain import Chain, residuals_of
 from fdi.decision import load_policy
-from fdi.diagnosis import Diagnosis, diagnose
+from fdi.diagnosis import Diagnosis, diagnose, stood_out, with_facts
+from fdi.diagnosis.advising import advised
+from fdi.diagnosis.recording_end import recording_end
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import EstimatorHealth, estimator_health
 from fdi.methods.estimator.columns import ESTIMATOR
 from fdi.methods.heading.replaced import with_recovered
+from fdi.methods.setup import Check, check_setup
 from fdi.model import Airframe, System
 from fdi.model.choose import is_general, kind_of, made_for
 from fdi.model.hints import would_test
@@ -93,10 +96,22 @@ def analyze(
     progress : callable, optional
         Is told the stage that begins and the share of work done.
 
+    Returns
+    -------
+    Analysis
+        The answer (``verdict``, ``findings``, ``ruled_out``, ``open``, ``not_testable``) and the
+        value of every stage; ``report(folder)`` writes it, ``document()`` is its JSON.
+
     Raises
     ------
     LogError, ModelError, UsageError
         The log, the model or policy, or an argument is wrong.
+
+    Examples
+    --------
+    >>> analysis = analyze("examples/crash_logs/copter_motor_failure_crash.tlog")
+    >>> [finding.component for finding in analysis.findings]
+    ['motor_1']
     """
     watch = _Watch(progress)
     with watch.stage("load", 0.0):
@@ -113,7 +128,11 @@ def analyze(
         alarms = recipe.decide(chain.residuals)
     with watch.stage("diagnose", 0.9):
         diagnosis = _hinted(diagnose(alarms, chain.bank), chain)
+        diagnosis = advised(diagnosis, chain.log, chain.bank)
         noticed = _estimator(chain)
+    with watch.stage("setup", 0.95):
+        checks = _setup(log)
+        facts = (*stood_out(checks, alarms, diagnosis), *recording_end(log))
     told = (
         *_choice(log, system),
         *_fit(log, chain.airframe, chosen=model == "auto"),
@@ -129,8 +148,10 @@ def analyze(
         lags=chain.lags,
         residual_values=chain.residuals,
         alarms=alarms,
-        diagnosis=diagnosis,
+        diagnosis=with_facts(diagnosis, facts),
         estimator=noticed,
+        setup=checks,
+        stood_out=facts,
         warnings=(
             *told,
             *chain.silent,
@@ -154,12 +175,21 @@ def _estimator(chain: Chain) -> EstimatorHealth | None:
         return None
 
 
+def _setup(log: Log) -> tuple[Check, ...]:
+    """Return what the log shows of how the vehicle was set up, as ``fdi check`` does."""
+    try:
+        return check_setup(log)
+    except LogError:  # it holds nothing that any check looks at
+        return ()
+
+
 def _hinted(diagnosis: Diagnosis, chain: Chain) -> Diagnosis:
     """Return a diagnosis that says which telemetry would test what this one cannot show."""
     told = []
     for one in diagnosis.not_testable:
         hint = would_test(one.component, chain.airframe, chain.log, chain.system)
-        told.append(replace(one, text=f"{one.text}; {hint}") if hint else one)
+        text = f"{one.text}; {hint}" if hint else one.text
+        told.append(replace(one, text=text, wanted=hint.wanted if hint else ""))
     return replace(diagnosis, not_testable=tuple(told))
 
 

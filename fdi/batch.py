@@ -32,7 +32,7 @@ from typing import Any, Final, Literal
 
 from fdi.decision import load_policy
 from fdi.errors import FdiError, OutputError
-from fdi.fleet import Job, Reports, Row, rows
+from fdi.fleet import Job, Reports, Row, rows, with_same_flights
 from fdi.model import load_airframe
 from fdi.model.load import models_folder
 from fdi.report.fleet.flagged import is_flagged
@@ -114,7 +114,8 @@ def batch(
     progress : callable, optional
         Is told the log that is done and the share of all.
     tell : callable, optional
-        Is told, in a line each, what of an earlier run is damaged and made anew.
+        Is told, in a line each, what of an earlier run is damaged and made anew, and what is kept
+        where this one is interrupted.
 
     Raises
     ------
@@ -135,14 +136,20 @@ def batch(
         done = {i: row for i, row in found_before.items() if not _lacks_report(row, jobs[i])}
         left = [i for i in range(len(jobs)) if i not in done]
         work = closing(rows([jobs[i] for i in left], workers=workers, cluster=cluster))
-        with _lines(out, done.values()) as add, work as found:
-            for k, row in found:
-                number = left[k]
-                done[number] = {**_storable(_placed(row, out)), "fingerprint": marks[number]}
-                add(done[number])
-                if progress:
-                    progress(Path(row["path"]).name, len(done) / len(jobs))
-        ordered = [done[i] for i in range(len(jobs))]
+        try:
+            with _lines(out, done.values()) as add, work as found:
+                for k, row in found:
+                    number = left[k]
+                    done[number] = {**_storable(_placed(row, out)), "fingerprint": marks[number]}
+                    add(done[number])
+                    if progress:
+                        progress(Path(row["path"]).name, len(done) / len(jobs))
+        except KeyboardInterrupt:
+            if tell:
+                kept_so_far = f"{len(done)} of {len(jobs)} rows are kept in {_beside(out)}"
+                tell(f"{kept_so_far}; the same command with --resume does the others")
+            raise
+        ordered = with_same_flights([done[i] for i in range(len(jobs))])
         write_file(out, table_of(ordered))
         for kind in also.kinds():
             write_file(beside(out, kind), _content(kind, ordered, out))

@@ -29,6 +29,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from fdi.errors import FdiError, LogError, OutputError, UsageError
 from fdi.report.fleet.flagged import ENDS, is_flagged
+from fdi.telemetry.ends import BAD
+from fdi.telemetry.together.track import NOWHERE, Track, first_of_flights, track_of
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
@@ -139,15 +141,20 @@ def _empty(job: Job) -> Row:
         "policy": job.policy,
         "verdict": None,
         "outlook": None,
+        "advice": None,
         "accused": [],
+        "stood_out": [],
         "findings": [],
         "consequences": [],
         "ruled_out": [],
         "not_testable": [],
+        "names": [],
         "quality": [],
         "warnings": [],
         "trends": [],
         "curves": [],
+        "track": {name: [] for name in NOWHERE._fields},
+        "same_flight_as": None,
         "report": None,
         "report_error": None,
         "timings_s": {},
@@ -159,6 +166,7 @@ def _empty(job: Job) -> Row:
 
 def told(found: Analysis) -> Row:
     """Return what an analysis says about its log."""
+    from fdi.report.advice_text import first_steps
     from fdi.report.fleet.sparks import curves_of
     from fdi.report.words import clean
     from fdi.telemetry.identity import identity_of
@@ -186,7 +194,9 @@ def told(found: Analysis) -> Row:
         "policy": found.policy.name,
         "verdict": found.verdict,
         "outlook": found.diagnosis.outlook,
+        "advice": next(iter(first_steps(found)), None),
         "accused": list(dict.fromkeys(finding.component for finding in found.findings)),
+        "stood_out": [fact.text for fact in found.stood_out],
         "findings": [_finding(item) for item in tree["findings"]],
         **{
             part: list(dict.fromkeys(item["component"] for item in tree[part]))
@@ -196,11 +206,38 @@ def told(found: Analysis) -> Row:
             {"kind": item["kind"], "count": item["count"], "text": item["text"]}
             for item in tree["quality"]
         ],
+        "names": _names(found),
         "warnings": tree["warnings"],
         "trends": [asdict(trend) for trend in trends_of(found)],
         "curves": curves_of(log),
+        "track": {name: list(values) for name, values in track_of(log)._asdict().items()},
         "timings_s": tree["timings_s"],
     }
+
+
+def with_same_flights(found: Sequence[Row]) -> list[Row]:
+    """Return rows that say which earlier log is of the same flight of the same vehicle."""
+    tracks = [
+        ((row["vehicle"], row["autopilot"], row["system_id"]), Track(*row["track"].values()))
+        for row in found
+    ]
+    first = first_of_flights(tracks)
+    return [
+        {**row, "same_flight_as": None if first[i] == i else found[first[i]]["path"]}
+        for i, row in enumerate(found)
+    ]
+
+
+def _names(found: Analysis) -> list[Row]:
+    """Return what a person calls every component that a row names."""
+    from fdi.model.naming import component_words
+
+    told = found.diagnosis
+    parts = (told.findings, told.consequences, told.ruled_out, told.not_testable)
+    keys = {one.component for part in parts for one in part}
+    keys.update(name for one in told.findings for name in one.inseparable_from)
+    known = found.system.components
+    return [{"component": key, "name": component_words(key, known)} for key in sorted(keys)]
 
 
 def _worst(ends: Sequence[Row]) -> Row:
@@ -217,7 +254,7 @@ def _worst(ends: Sequence[Row]) -> Row:
 
 
 def _rank(end: Row) -> tuple[bool, int, int]:
-    is_bad = end["how"] in ("impact", "control_lost") or end["lost_control_s"] is not None
+    is_bad = end["how"] in BAD or end["lost_control_s"] is not None
     return not is_bad, ENDS.index(end["how"]), -end["flight"]
 
 

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fdi.decision import Alarms, Policy
-from fdi.diagnosis import Consequence, Diagnosis, Finding, NotTestable, RuledOut
+from fdi.diagnosis import Consequence, Diagnosis, Fact, Finding, NotTestable, Open, RuledOut
 from fdi.methods.estimator import EstimatorHealth
+from fdi.methods.setup import Check
 from fdi.model import Airframe, System
 from fdi.residuals import Bank, Residuals
 from fdi.residuals.latency import Lag
@@ -38,6 +39,10 @@ class Analysis:
     estimator : EstimatorHealth or None
         What the autopilot's own estimator noticed in the last flight; None where the method is not
         asked for, or the log tells nothing of it.
+    setup : tuple of Check
+        What the whole log shows of how the vehicle was set up, as ``fdi check`` tells it.
+    stood_out : tuple of Fact
+        What a person should know of the flight beside that, and accuses nobody.
     timings : mapping of str to float
         Wall seconds of every stage.
     """
@@ -53,6 +58,8 @@ class Analysis:
     alarms: Alarms
     diagnosis: Diagnosis
     estimator: EstimatorHealth | None
+    setup: tuple[Check, ...]
+    stood_out: tuple[Fact, ...]
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
     command: tuple[str, ...]
@@ -72,6 +79,11 @@ class Analysis:
     def ruled_out(self) -> Rows[RuledOut]:
         """Return the components that the data speak for."""
         return Rows(self.diagnosis.ruled_out)
+
+    @property
+    def open(self) -> Rows[Open]:
+        """Return the components that are neither accused nor cleared, though tests ran."""
+        return Rows(self.diagnosis.open)
 
     @property
     def not_testable(self) -> Rows[NotTestable]:

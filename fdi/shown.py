@@ -62,12 +62,13 @@ class Rows(tuple[T, ...]):
     def to_pandas(self) -> pandas.DataFrame:
         """Return a frame, a row per value, a column per field.
 
-        Fields of a value inside stand as ``evidence.text``; times are s, other units are those that
-        the value's own documentation states. Without rows there are no columns.
+        Fields of a value inside stand as ``evidence.text``; of several values inside, a cell holds
+        a tuple of dicts. Times are s, other units are those that the value's own documentation
+        states. Without rows there are no columns.
         """
         import pandas as pd
 
-        rows = [_cells(value) for value in self]
+        rows = [{name: _plain(cell) for name, cell in _cells(one).items()} for one in self]
         return pd.DataFrame(rows, columns=_columns(rows))
 
     def _repr_html_(self) -> str:
@@ -141,6 +142,13 @@ def shortened(text: str) -> str:
     'xx…'
     """
     return text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
+
+
+def _plain(cell: Any) -> Any:
+    """Return what needs none of our classes to be read: values of ours become dicts."""
+    if is_dataclass(cell) and not isinstance(cell, type):
+        return {one.name: _plain(getattr(cell, one.name)) for one in fields(cell)}
+    return tuple(map(_plain, cell)) if isinstance(cell, tuple) else cell
 
 
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:

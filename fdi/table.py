@@ -5,13 +5,15 @@ row, and back. Both carry checksums (Parquet's of its pages; ``check`` in a line
 line without it), so that a damaged row is told from a true one.
 
 ``accused``, ``consequences``, ``ruled_out``, ``not_testable`` and ``warnings`` are lists of text,
-``findings`` and ``quality`` lists of structs, ``timings_s`` a map. ``ended``, ``end_s``,
-``end_speed`` (m/s) and ``lost_control_s`` say how the flight ended that ended worst; ``outlook`` is
-what a glance should tell; ``hardware`` is what tells the vehicle from others (``hardware_kind``:
-``board``, ``sensors``, ``none``); ``trends`` (SI, `fdi.trends`) and ``curves`` (height and speed in
-a few samples, customary units) are what the page of a fleet shows; ``report`` is the folder of the
-log's report, beside the table, or ``report_error`` why there is none; ``fingerprint`` is what a
-row is known by when work is resumed.
+``findings`` and ``quality`` lists of structs, ``names`` what a person calls each component,
+``timings_s`` a map. ``ended``, ``end_s``, ``end_speed`` (m/s) and ``lost_control_s`` say how the
+flight ended that ended worst; ``outlook`` is what a glance should tell; ``advice`` what to do
+first, in a line; ``hardware`` is what tells the vehicle from others (``hardware_kind``: ``board``,
+``sensors``, ``none``); ``trends`` (SI, `fdi.trends`) and ``curves`` (height and speed in a few
+samples, customary units) are what the page of a fleet shows; ``track`` (whole seconds since boot,
+rad) is what tells logs of one flight, and ``same_flight_as`` the path of the first of them;
+``report`` is the folder of the log's report, beside the table, or ``report_error`` why there is
+none; ``fingerprint`` is what a row is known by when work is resumed.
 """
 
 from __future__ import annotations
@@ -75,15 +77,20 @@ COLUMNS: Final[dict[str, Any]] = {
     "policy": "string",
     "verdict": "string",
     "outlook": "string",
+    "advice": "string",
     "accused": ["string"],
     "findings": [_FINDING],
     "consequences": ["string"],
     "ruled_out": ["string"],
     "not_testable": ["string"],
+    "names": [{"component": "string", "name": "string"}],
     "quality": [{"kind": "string", "count": "int64", "text": "string"}],
+    "stood_out": ["string"],
     "warnings": ["string"],
     "trends": [_TREND],
     "curves": [{"name": "string", "unit": "string", "t": ["double"], "value": ["double"]}],
+    "track": {"boot_s": ["int64"], "lat": ["double"], "lon": ["double"]},
+    "same_flight_as": "string",
     "report": "string",
     "report_error": "string",
     "timings_s": "map",

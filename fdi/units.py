@@ -1,16 +1,19 @@
 """Which SI value does a unit of a log's metadata stand for, and how is an SI value shown to people?
 
-In: the spelling of a unit in a MAVLink dialect, or an SI unit. Out: a `Conversion`, `SI = raw *
-scale + offset`. Pure tables. Pulse widths of servo and RC channels stay in microseconds in every
-format: their rows are spelled ``us (pulse)``, because ``us`` alone is a time. A percentage is a
-fraction inside. A unit that the table does not know is passed through: its numbers stay as they
-are.
+In: the spelling of a unit in a MAVLink dialect, or as people write it, or an SI unit. Out: a
+`Conversion`, `SI = raw * scale + offset`. Tables, and pint for what no log writes.
+
+Pulse widths of servo and RC channels stay in microseconds in every format: their rows are spelled
+``us (pulse)``, because ``us`` alone is a time. A percentage is a fraction inside. A unit that
+nothing knows is passed through: its numbers stay as they are.
 """
 
 from __future__ import annotations
 
+import re
+from functools import cache
 from math import pi
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 DEG: Final = pi / 180
 G0: Final = 9.80665  # m/s^2, standard gravity (CGPM 1901): what MAVLink's mG means
@@ -95,6 +98,24 @@ _DIALECT: Final[dict[str, Conversion]] = {
     "dB": Conversion("dB"),
 }
 
+_ALIKE: Final = {"pct": "%"}  # pint: a pico of a hundredweight
+_WORD: Final = r"(?:[^\W\d]|[°%])+(?:(?:\^|\*\*)-?\d)?"
+_WORDS: Final = re.compile(rf"(?:1/)?{_WORD}(?:[ */]{_WORD}){{0,5}}\Z")
+"""Names alone are handed to pint, which computes powers of numbers."""
+_LAST_WORD: Final = re.compile(r"(?:_([A-Za-z]+)|(?<=[a-z])(US|MS))(?:\[\d+\])?$")
+_IN_NAMES: Final = {
+    "usec": "us",
+    "msec": "ms",
+    "mah": "mAh",
+    "mv": "mV",
+    "ma": "mA",
+    "celsius": "degC",
+    "celcius": "degC",  # as PX4 writes it
+    "ga": "gauss",
+    "gs": "gauss",
+}
+"""Units as the ends of field names spell them, where the dialect spells them otherwise."""
+
 _CUSTOMARY: Final[dict[str, Conversion]] = {
     "rad": Conversion("deg", 1 / DEG),
     "rad/s": Conversion("deg/s", 1 / DEG),
@@ -119,9 +140,77 @@ def si(unit: str) -> Conversion:
     return _DIALECT.get(unit, Conversion(unit))
 
 
+def si_as_written(unit: str) -> Conversion:
+    """Return the conversion to SI from a unit as people write it; an unknown one stays itself.
+
+    What no dialect writes is asked of pint (half a second, once), and taken where it is one of the
+    quantities that logs have.
+
+    Examples
+    --------
+    >>> si_as_written("knots") == si("kn"), si_as_written("°").unit, si_as_written("bananas").unit
+    (True, 'rad', 'bananas')
+    """
+    unit = _ALIKE.get(unit, unit)
+    if unit in _DIALECT:
+        return _DIALECT[unit]
+    return _by_pint(unit) if _WORDS.match(unit) else Conversion(unit)
+
+
+@cache
+def _by_pint(unit: str) -> Conversion:
+    import pint
+
+    registry = _registry()
+    try:
+        zero, one = (registry.Quantity(x, unit).to_base_units() for x in (0.0, 1.0))
+    except (pint.PintError, AttributeError, ValueError, TypeError, SyntaxError):
+        return Conversion(unit)
+    label = _labels().get(one.units)
+    if label is None:
+        return Conversion(unit)
+    return Conversion(label, float(one.magnitude - zero.magnitude), float(zero.magnitude))
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+@cache
+def _labels() -> dict[Any, str]:
+    """Return how the quantities of logs are spelled here, by pint's units."""
+    known = [unit for unit in si_units() if unit not in ("us", "dB")]
+    return {_registry().Quantity(1.0, unit).to_base_units().units: unit for unit in known}
+
+
 def si_units() -> tuple[str, ...]:
     """Return the SI units that values of a log may have, sorted."""
     return tuple(sorted({conversion.unit for conversion in _DIALECT.values()}))
+
+
+def unit_in_name(name: str, conversion: Conversion) -> str:
+    """Return the unit that a field's name ends with, "" unless its values were recorded in it.
+
+    Examples
+    --------
+    >>> unit_in_name("time_boot_ms", si("ms")), unit_in_name("TimeUS", si("us"))
+    ('ms', 'us')
+    >>> unit_in_name("magnetometer_ga[2]", si("gauss")), unit_in_name("alt", si("mm"))
+    ('gauss', '')
+
+    A name that is no unit of the recorded values says nothing.
+
+    >>> unit_in_name("state_ms", Conversion("")), unit_in_name("wind_m", si("cm"))
+    ('', '')
+    """
+    found = _LAST_WORD.search(name)
+    word = (found[1] or found[2]).lower() if found else ""
+    unit = _IN_NAMES.get(word, word)
+    is_it = conversion == _DIALECT.get(unit) != Conversion(conversion.unit)
+    return unit if is_it else ""
 
 
 def two_digits(value: float) -> str:

@@ -15,9 +15,11 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache_folder(tmp_path_factory):
-    """Kept answers go to a folder of this run, in subprocesses as well."""
+    """Kept answers go to a folder of this run, in subprocesses and all its workers as well."""
     before = os.environ.get("FDI_CACHE_DIR")
-    os.environ["FDI_CACHE_DIR"] = str(tmp_path_factory.mktemp("cache"))
+    base = tmp_path_factory.getbasetemp()
+    run = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    os.environ["FDI_CACHE_DIR"] = str(run / "cache")
     yield
     if before is None:
         del os.environ["FDI_CACHE_DIR"]

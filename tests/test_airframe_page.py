@@ -35,7 +35,7 @@ def run(call, folder):
     own = {"PYTHONPATH": str(ROOT), "COLUMNS": "100", "PYTHONIOENCODING": "utf-8"}
     words = [sys.executable, "-m", "fdi", *words[1:]]
     ended = subprocess.run(words, cwd=folder, env={**os.environ, **own}, capture_output=True)
-    return (ended.stderr + (ended.stdout if ended.returncode == 0 else b"")).decode()
+    return ((ended.stdout if ended.returncode == 0 else b"") + ended.stderr).decode()
 
 
 def added(tree, part):

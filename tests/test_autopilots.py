@@ -22,6 +22,14 @@ SECOND = {
     "aileron_3_turns_otherwise": "third aileron",
 }  # fmt: skip
 """Parts that the vehicle does not have."""
+THREE = dict.fromkeys(
+    (
+        f"{name}_{unit}_departs"
+        for name in ("gyroscope", "accelerometer", "compass", "barometer")
+        for unit in (1, 2, 3)
+    ),
+    "fewer than three units of it, of which one could be voted out",
+)
 UNSET = dict.fromkeys(("battery_low", "battery_empty"), "the vehicle sets no such limit")
 SAME = {"est_7": "one channel is a copy of the other, and their relation holds whatever happens"}
 ALWAYS_THERE = {
@@ -51,6 +59,9 @@ NOT_SENT = dict.fromkeys(("board_supply", "memory_short"), "PX4 sends neither su
 METRICS = dict.fromkeys(
     ("vibration_x_grown", "vibration_y_grown", "vibration_z_grown"),
     "PX4's VIBRATION is coning and high frequency metrics",
+)
+NEVER_STOOD = dict.fromkeys(
+    ("acc_rst_1", "accelerometer_1_weighs"), "no three seconds of standing are on the record"
 )
 NO_CURRENT = dict.fromkeys(("bat_3", "bat_5"), "the simulated battery has no current")
 NO_PARAMETERS = dict.fromkeys(
@@ -122,22 +133,22 @@ NO_RATES = dict.fromkeys(
     ),
     "simulated motor controllers say nothing, or that nothing turns",
 )
-ANY = NO_RATES | SECOND | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
-PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT
+ANY = NO_RATES | SECOND | THREE | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
+PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
 ARDUPILOT_TLOG = ANY | SAME | STREAM
 ARDUPILOT_BIN = ANY | NOT_LOGGED | ON_BOARD
 CASES = {
     "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
-    "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN,
+    "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN | NEVER_STOOD,
     "sitl/copter/c03_ref_square_wind.tlog": ARDUPILOT_TLOG,
     "sitl/copter/c03_ref_square_wind.BIN": ARDUPILOT_BIN,
 }
 CLOSED_LOOP = {
     "s20_0024_plane_healthy.tlog": PX4_TLOG | NO_PARAMETERS,
-    "s20_0024_plane_healthy.ulg": PX4_ULOG,
+    "s20_0024_plane_healthy.ulg": PX4_ULOG | NEVER_STOOD,
     "s20_0043_quad_healthy.tlog": PX4_TLOG | POOR_LINK,
-    "s20_0045_quad_healthy.ulg": PX4_ULOG | ONE_UNIT,
+    "s20_0045_quad_healthy.ulg": PX4_ULOG | ONE_UNIT | NEVER_STOOD,
     "s20_0036_hexa_healthy.tlog": PX4_TLOG,
     "s20_0036_hexa_healthy.ulg": PX4_ULOG,
     "s20_0016_vtol_healthy.tlog": PX4_TLOG | NO_PARAMETERS | NO_SURFACES | NO_FRAME | GENTLE,

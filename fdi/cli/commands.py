@@ -15,6 +15,7 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 from typing import Final
 
@@ -58,11 +59,18 @@ class _Commands(click.RichGroup):
         return super().resolve_command(ctx, args)
 
 
+def manual_folder() -> Path:
+    """Return the folder of the manual, in a wheel or in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    inside = package / "docs"
+    return inside if inside.is_dir() else package.parent / "docs"
+
+
 @click.group(
     cls=_Commands,
     invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Example: fdi analyze flight.tlog",
+    epilog=f"Example: fdi analyze flight.tlog\n\nManual: {manual_folder()}",
 )
 @click.version_option(__version__, prog_name="fdi")
 @click.pass_context

@@ -27,7 +27,11 @@ from fdi.cli.output import answer, progress_bar
 def convert(
     log: str, out: Path, system: int | None, force: bool, quiet: bool, no_progress: bool
 ) -> int:
-    """Write LOG as a folder: a Parquet file for each message, in SI units, and metadata.json."""
+    """Write LOG as a folder: a Parquet file for each message, in SI units, and metadata.json.
+
+    A field whose name ends with the unit that it was recorded in (time_boot_ms, TimeUS) stays in
+    it. The column t is the log's clock in seconds. Units stand in the files and in metadata.json.
+    """
     from fdi.report import check_folder
     from fdi.report import convert as run
     from fdi.report.convert import DOCUMENT, file_names

@@ -5,8 +5,6 @@ It loads nothing but what hears Ctrl-C; the commands come after that, and with t
 
 from __future__ import annotations
 
-import gc
-
 from fdi.cli.interrupt import INTERRUPTED, Interrupts
 
 COLLECT_EVERY = 50_000
@@ -27,10 +25,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         By default those of the process, which then has to end with the exit code.
     """
     interrupts = Interrupts()
-    if arguments is None:
-        gc.set_threshold(COLLECT_EVERY, *gc.get_threshold()[1:])
     try:
         interrupts.listen(to_the_end=arguments is None)
+        if arguments is None:
+            import gc
+
+            gc.set_threshold(COLLECT_EVERY, *gc.get_threshold()[1:])
         from fdi.cli.commands import explain, run
 
         try:

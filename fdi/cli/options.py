@@ -56,8 +56,8 @@ METHODS: Final = click.option(
     "--methods",
     metavar="none|all|LIST",
     callback=read_methods,
-    help="Methods whose tests are weighed with the model's: estimator, heading, observer. By "
-    "default those of the policy.",
+    help="Methods whose tests are weighed with the model's: estimator, heading, observer, "
+    "voting. By default those of the policy.",
 )
 
 

@@ -124,7 +124,9 @@ def tests_of(analyses: Sequence[Analysis], flights: Sequence[Compared]) -> tuple
     for key in common:
         equation = first.system.equations[first.bank.generators[rows[0][key]].residual]
         ids = tuple(analyses[one.log].bank.generators[rows[one.log][key]].id for one in flights)
-        made.append(Test(key[0], equation.text or equation.name, key[1], equation.unit, ids))
+        made.append(
+            Test(key[0], equation.text or equation.name, key[1], equation.unit, ids, equation.way)
+        )
     return tuple(made)
 
 
@@ -154,4 +156,5 @@ def course_of(analysis: Analysis, flight: Compared, tests: Sequence[Test], place
             values[i] = (values[i] + np.pi) % (2 * np.pi) - np.pi
     spread = np.nan_to_num(residuals.spread[rows][:, inside])
     floor = spread + np.nan_to_num(residuals.tolerance[rows])[:, None]
-    return Course(t[inside], values, floor, centre)
+    way = np.array([test.way for test in tests], np.int8)
+    return Course(t[inside], values, floor, centre, way)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.comparison.values import Band, Course, Floats
+from fdi.grid import uniform
 
 STEP_S: Final = 5.0
 WINDOW_S: Final = 10.0
@@ -30,7 +31,8 @@ def band_of(courses: Sequence[Course]) -> Band:
     """Return the band of courses: (k, b) over times from take-off to after the longest."""
     longest = max((float(one.t[-1]) for one in courses if len(one.t)), default=0.0)
     # the last of them is later than all: what is known there is what all their time shows
-    t = np.arange(0.0, longest + WINDOW_S + 2 * STEP_S, STEP_S)
+    records = sum(len(one.t) for one in courses)
+    t = uniform(0.0, longest + WINDOW_S + 2 * STEP_S, STEP_S, records=records)
     low, high = quantiles(np.concatenate([one.values for one in courses], axis=1))
     edges = np.full((2, len(low), len(t)), np.nan)
     for place, centre in enumerate(t):
@@ -81,6 +83,8 @@ def at_times(band: Band, course: Course) -> tuple[Floats, Floats]:
 def distance(band: Band, course: Course) -> tuple[Floats, Floats]:
     """Return how far a course is off the middle of a band, in its half widths, (k, n).
 
+    On the side on which its statement is violated, where it has but one (`Course.way`).
+
     Returns
     -------
     distance : (k, n) float
@@ -89,7 +93,7 @@ def distance(band: Band, course: Course) -> tuple[Floats, Floats]:
         The least over `HOLD_S` from there on; 0 where something in it is unknown.
     """
     middle, half = at_times(band, course)
-    off = np.abs(course.values - middle)
+    off = _off(course, middle)
     far = np.divide(off, half, out=np.full_like(off, np.nan), where=half > 0)
     far = np.where((half == 0) & (off == 0), 0.0, far)
     step = float(np.median(np.diff(course.t))) if len(course.t) > 1 else HOLD_S
@@ -101,8 +105,15 @@ def reach(band: Band, course: Course) -> Floats:
     _, held = distance(band, course)
     middle, _ = at_times(band, course)
     step = float(np.median(np.diff(course.t))) if len(course.t) > 1 else HOLD_S
-    off = _least_ahead(np.nan_to_num(np.abs(course.values - middle)), _samples(step))
+    off = _least_ahead(np.nan_to_num(_off(course, middle)), _samples(step))
     found: Floats = np.where(held > 1, off, 0.0).max(axis=1, initial=0.0)
+    return found
+
+
+def _off(course: Course, middle: Floats) -> Floats:
+    """Return how far a course is off the middle on the side that counts, (k, n), 0 on the other."""
+    off, way = course.values - middle, course.way[:, None]
+    found: Floats = np.where(way == 0, np.abs(off), np.maximum(way * off, 0.0))
     return found
 
 

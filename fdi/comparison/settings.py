@@ -9,18 +9,19 @@ from fdi.comparison.values import Identified, Setting
 from fdi.residuals.between import tells
 from fdi.result import Analysis
 from fdi.shown import Rows
+from fdi.telemetry.counters import is_counter
 
 EXACT = 1e-6
 """Relative: parameters are single precision, and text logs write seven digits."""
 
 
 def settings_of(analyses: Sequence[Analysis], healthy: Collection[int]) -> Rows[Setting]:
-    """Return the parameters that two logs hold with different values.
+    """Return the parameters that two logs hold with different values, counters left out.
 
     First those that are the same in all ``healthy`` logs (by number), then those with few values:
     what has another value in every log was seldom set by a person, but measured by the vehicle.
     """
-    names = sorted({name for one in analyses for name in one.log.parameters})
+    names = sorted({n for one in analyses for n in one.log.parameters if not is_counter(n)})
     found = []
     for name in names:
         values = tuple(one.log.parameters.get(name) for one in analyses)

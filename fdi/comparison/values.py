@@ -65,6 +65,9 @@ class Test(Shown):
         SI, of its residual.
     ids : tuple of str
         What each flight's analysis calls it.
+    way : int
+        The sign of its residual that counts as different, 0 where either does: a statement that has
+        but one side is not violated on the other one.
     """
 
     statement: str
@@ -72,6 +75,7 @@ class Test(Shown):
     equations: tuple[str, ...]
     unit: str
     ids: tuple[str, ...]
+    way: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,12 +92,15 @@ class Course:
         How far a residual may be off by the model's own word: predicted spread and tolerance.
     constant : (k,) float
         That was taken off.
+    way : (k,) int
+        As of `Test`.
     """
 
     t: Floats
     values: Floats
     floor: Floats
     constant: Floats
+    way: NDArray[np.int8]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,7 +131,7 @@ class Difference(Shown):
     at : float
         s after take-off of its largest.
     value, middle, half : float
-        There, in the test's SI unit: the residual, and the band.
+        There, right side less left one, in the test's SI unit: the residual, and the band.
     """
 
     test: int

@@ -22,11 +22,13 @@ class Use:
     """What the diagnosis is to make of alarms: when it marks a fault, and whether it accuses.
 
     ``mean_s``: how long a change must last to show whole, in the means where these are taken.
+    ``sigmas``: by how many standard deviations of noise a stated limit must be exceeded.
     """
 
     marking: Marking
     accuse: bool
     mean_s: float
+    sigmas: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

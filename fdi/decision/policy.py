@@ -100,8 +100,9 @@ class Policy(Shown):
     @property
     def use(self) -> Use:
         """Return its word to the diagnosis."""
-        lasts = self.decision.mean_s if isinstance(self.decision, PredictedSpread) else 0.0
-        return Use(self.marking, self.accuse, lasts)
+        own = self.decision
+        told = (own.mean_s, own.sigmas) if isinstance(own, PredictedSpread) else (0.0, 0.0)
+        return Use(self.marking, self.accuse, *told)
 
     def resample(
         self, *, window: tuple[float, float] | None = None, rate_hz: float | None = None

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from fdi import structure
 from fdi.decision import Alarms
 from fdi.diagnosis.agreement import agreements
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.ending import endings, led_to
+from fdi.diagnosis.episodes import joined
 from fdi.diagnosis.explain import evidence, size_in_words
 from fdi.diagnosis.hypotheses import WINDOW_S, Inquiry, inquire
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
@@ -37,7 +36,7 @@ from fdi.diagnosis.values import (
     Finding,
     RuledOut,
 )
-from fdi.diagnosis.verdict import count_tests, outlook, verdict
+from fdi.diagnosis.verdict import count_tests, outlook, stayed_down, verdict
 from fdi.model.naming import component_words
 from fdi.residuals import Bank
 
@@ -55,8 +54,7 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     model = bank.system.structure()
     ended = endings(alarms)
     tests = count_tests(alarms)
-    flew = bool(np.any(alarms.residuals.signals.state.airborne))
-    untested = not_testable(alarms, bank, implementable, flew=flew)
+    untested = not_testable(alarms, bank, implementable, flew=not stayed_down(alarms))
     accuses = alarms.use.accuse
     inquiries, fitted = inquire(alarms) if accuses else (), load_fitted()
     causes, effects = named_in(inquiries, fitted)
@@ -92,12 +90,13 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
 def named_in(inquiries: Sequence[Inquiry], fitted: Fitted) -> tuple[list[Cause], list[Effect]]:
     """Return the causes of all flights of a log, ranked, and what follows from them.
 
-    What still stood when the last flight that went wrong did goes first; then the order of time.
+    A component is a cause once in a flight (`joined`). What still stood when the last flight that
+    went wrong did goes first; then the order of time.
     """
     causes: list[Cause] = []
     effects: list[Effect] = []
     for inquiry in inquiries:
-        own, following = name(inquiry, fitted)
+        own, following = joined(*name(inquiry, fitted), inquiry)
         causes += own
         effects += following
     bad = [i.ending for i in inquiries if i.ending is not None and i.ending.is_bad]
@@ -147,6 +146,7 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         rivals=cause.rivals,
         others=others(cause, inquiry, alarms.residuals.bank),
         size=size,
+        earlier=cause.earlier,
     )
 
 
@@ -177,9 +177,12 @@ def _told_of(component: str, runs: Sequence[Run], inquiry: Inquiry) -> tuple[lis
 def _consequences(
     effects: Sequence[Effect], causes: Sequence[Cause], inquiries: Sequence[Inquiry]
 ) -> tuple[Consequence, ...]:
-    """Return what follows; causes in the order of their rank."""
+    """Return what follows, causes in the order of their rank; who is accused follows nobody."""
+    accused = {(cause.flight, cause.component) for cause in causes}
     runs: dict[tuple[int, str], list[Run]] = {}
     for effect in effects:
+        if (effect.cause.flight, effect.component) in accused:
+            continue
         rank = 1 + causes.index(effect.cause)
         runs.setdefault((rank, effect.component), []).extend(effect.runs)
     result = []

@@ -8,7 +8,8 @@ lasting change from which on its faults would have shown. Ruled out is who
 - is in no test that raised an alarm, was triggered in the last seconds before an end, or scattered
   more than at first;
 - has for each fault that any test holds a test which was known for most of the time in the air and
-  of those last seconds, and is moved beyond its threshold by a change of a known size;
+  of those last seconds, accuses it by itself, compares it with nothing that would follow it, and is
+  moved beyond its threshold by a change of a known size (``would_show.py``);
 - does not end the log with its failure (``ends_log`` of the model) unless the flight ended with a
   landing.
 
@@ -20,24 +21,26 @@ The trap: a false exoneration does more harm than none. Whatever is in doubt sta
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import replace
+from math import ceil, floor, log10
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.diagnosis.values import RuledOut, WouldShow
-from fdi.model.evaluate import Floats, evaluate, wrap
-from fdi.model.expression import Apply, Expression, Number
+from fdi.diagnosis.concerns import Concerns, concerns
+from fdi.diagnosis.values import How, RuledOut, WouldShow
+from fdi.diagnosis.would_show import Sight, powered, sight_of, would_show
+from fdi.model.evaluate import Floats
 from fdi.model.parts import Kind
 from fdi.model.system import Fault
 from fdi.residuals import Bank
-from fdi.residuals.respond import Stretch, reached, stretch
 from fdi.telemetry.airtime import reference_mask, time_in_air, when_in_air
 from fdi.units import customary, two_digits
 
+Mask = NDArray[np.bool_]
 KNOWN_SHARE: Final = 0.8
 KNOWN_S: Final = 2.0
 """A test rules out only if it was known for at least this share of the time in the air, and this
@@ -45,27 +48,11 @@ long: an alarm needs 1.5 s."""
 LAST_S: Final = 5.0
 """What brings a vehicle down may show in the last seconds only: there a test must have been known,
 and quiet."""
-LOOKED_AT_S: Final = 60.0
-"""The last so much of the time in the air tells what a fault would do to the tests."""
 BLOCK_S: Final = 5.0
 """Scatter is that of stretches so long."""
 ROUGHER: Final = 2.0
 """A test that scatters so many times more than in the flight's beginning is not quiet: of 5 s at
 2 Hz a standard deviation is known to a quarter, so this is four of its own."""
-MOST_SIGMAS: Final = 100.0
-"""A change of more stated standard deviations is no size worth printing."""
-MOST_ANGLE: Final = np.pi / 4
-"""A direction that is further off brings a vehicle down: who would not show it has no power."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sight:
-    """What tells how small a fault a test shows: a stretch of the flight and the thresholds."""
-
-    piece: Stretch
-    bound: Floats
-    able: NDArray[np.bool_]
-    against: NDArray[np.bool_]
 
 
 def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[RuledOut, ...]:
@@ -79,49 +66,57 @@ def ruled_out(alarms: Alarms, bank: Bank, named: Collection[str]) -> tuple[Ruled
     named : collection of str
         Components that are accused, marked, or of which a relation fell away.
     """
-    able, against = quiet_tests(alarms)
-    if not able.any():
+    quiet = quiet_tests(alarms)
+    sight = sight_of(alarms, concerns(bank)) if quiet.able.any() else None
+    if sight is None:
         return ()
-    place = np.flatnonzero(when_in_air(alarms.residuals.signals))
-    length = round(LOOKED_AT_S * alarms.residuals.signals.rate_hz)
-    span = slice(max(int(place[0]), int(place[-1]) + 1 - length), int(place[-1]) + 1)
-    sight = _Sight(stretch(alarms.residuals, span), _bounds(alarms, span), able, against)
     well, lasts = ended_well(alarms), alarms.use.mean_s
     result = []
-    for component, faults in faults_by_component(bank).items():
+    for component in faults_by_component(bank):
         if component in named or (not well and bank.system.components[component].ends_log):
             continue
-        found = _cleared(component, faults, sight)
+        found = _cleared(component, sight, quiet)
         if found is not None:
             late = "" if well else f" until {lasts:g} s before the end"
             result.append(replace(found, text=found.text + late) if lasts else found)
     return tuple(sorted(result, key=lambda item: item.component))
 
 
-def quiet_tests(alarms: Alarms) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return the tests, (r,) bool, that can speak for what they hold, and those that speak against.
+class Quiet(NamedTuple):
+    """Which tests, (r,) bool each, can speak for what they hold, and which speak against it.
 
-    The first were known long enough and to the end; the second raised an alarm, were triggered in
-    the last seconds, or scatter more than at first.
+    ``able``: known ``long`` enough, and to the end. ``against``: raised an alarm, was triggered in
+    the last seconds, or is ``rougher``: scatters more than at first.
     """
+
+    able: Mask
+    against: Mask
+    long: Mask
+    rougher: Mask
+
+
+def quiet_tests(alarms: Alarms) -> Quiet:
+    """Return which tests can speak for what they hold, and which speak against it."""
     signals = alarms.residuals.signals
     flying = when_in_air(signals)
-    against: NDArray[np.bool_] = np.array(alarms.alarm.any(axis=1), bool)
+    against: Mask = np.array(alarms.alarm.any(axis=1), bool)
     if not flying.any():
-        return np.zeros(len(alarms.state), bool), against
+        nothing = np.zeros(len(alarms.state), bool)
+        return Quiet(nothing, against, nothing, nothing)
     known = alarms.state != UNKNOWN
     least = max(KNOWN_SHARE * flying.sum(), KNOWN_S * signals.rate_hz)
-    able = (known[:, flying].sum(axis=1) >= least) & ~alarms.unfit
+    long = np.asarray(known[:, flying].sum(axis=1) >= least)
+    able = long & ~alarms.unfit
     for start, end in time_in_air(signals):
         last = flying & (signals.t >= max(start, end - LAST_S)) & (signals.t < end)
         if last.any():
             able &= known[:, last].mean(axis=1) >= KNOWN_SHARE
             against |= (alarms.state[:, last] == TRIGGERED).any(axis=1)
-    against |= _rougher(alarms, flying)
-    return able, against
+    rougher = _rougher(alarms, flying)
+    return Quiet(able, against | rougher, long, rougher)
 
 
-def _rougher(alarms: Alarms, flying: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _rougher(alarms: Alarms, flying: Mask) -> Mask:
     """Return the tests, (r,) bool, that scatter more later than in the flight's beginning."""
     residuals = alarms.residuals
     signals = residuals.signals
@@ -149,23 +144,6 @@ def _scatter(ratio: Floats, block: int) -> Floats:
     return found
 
 
-def _bounds(alarms: Alarms, span: slice) -> Floats:
-    """Return what a lasting change must reach to be seen by each test, (r,), NaN unknown."""
-    sample = alarms.threshold[:, span]
-    mean = (
-        alarms.mean_threshold[:, span] + alarms.residuals.lasting[:, span]
-    )  # of what is beyond it
-    found = np.full(len(sample), np.nan)
-    for row in range(len(sample)):
-        tops = [
-            float(np.quantile(own[np.isfinite(own)], 0.9))
-            for own in (sample[row], mean[row])
-            if np.isfinite(own).any()
-        ]
-        found[row] = min(tops, default=np.nan)
-    return found
-
-
 def ended_well(alarms: Alarms) -> bool:
     """Return whether the last flight ended on the ground, and softly."""
     ends, flights = alarms.residuals.signals.ends, alarms.residuals.signals.flights
@@ -182,99 +160,96 @@ def faults_by_component(bank: Bank) -> Mapping[str, list[tuple[int, Fault]]]:
     return found
 
 
-def _cleared(component: str, faults: list[tuple[int, Fault]], sight: _Sight) -> RuledOut | None:
-    """Return the component with the sizes that would have shown, or None where that is open."""
-    bank = sight.piece.bank
+def unpowered(component: str, bank: Bank, whom: Concerns) -> bool:
+    """Return whether a fault of a component has no test at all whose silence could clear it."""
+    own = said_faults(component, bank, whom)
+    able = powered(component, bank, whom)
+    return not own or any(not bank.incidence[able, column].any() for column, _ in own)
+
+
+def said_faults(component: str, bank: Bank, whom: Concerns) -> list[tuple[int, Fault]]:
+    """Return the faults of a component that a test holds which is more than a support.
+
+    Empty where none of them is a channel's.
+    """
     equations = bank.system.equations
     left = [equations[generator.residual] for generator in bank.generators]
     # that the autopilot goes on using a sensor, and the like, says little for it either way
     says = ~np.array([e.supports and e.kind in (Kind.LIMIT, Kind.EQUALITY) for e in left], bool)
-    testable = [(c, fault) for c, fault in faults if bank.incidence[says, c].any()]
-    if not any(equations[fault.equation].measurement for _, fault in testable):
+    own = faults_by_component(bank).get(component, [])
+    found = [(column, fault) for column, fault in own if bank.incidence[says, column].any()]
+    shown = any(equations[fault.equation].measurement for _, fault in found)
+    return found if shown else []
+
+
+def _cleared(component: str, sight: Sight, quiet: Quiet) -> RuledOut | None:
+    """Return the component with the sizes that would have shown, or None where that is open."""
+    bank, whom = sight.piece.bank, sight.whom
+    own = said_faults(component, bank, whom)
+    says = [component in whom.held_by(row) for row in range(len(bank.generators))]
+    concerned = np.asarray(says) | bank.incidence[:, [column for column, _ in own]].any(axis=1)
+    if unpowered(component, bank, whom) or (concerned & quiet.against).any():
         return None
-    if bank.incidence[:, [column for column, _ in testable]][sight.against].any():
-        return None
-    sizes, rows = [], []
-    for column, fault in testable:
-        own = np.flatnonzero(bank.incidence[:, column] & sight.able)
-        found = _would_show(fault, own, sight) if len(own) else None
+    can = quiet.able & powered(component, bank, whom)
+    sizes: list[WouldShow] = []
+    rows: dict[int, None] = {}
+    for column, fault in own:
+        holding = np.flatnonzero(bank.incidence[:, column] & can)
+        found = would_show(fault, holding, sight) if len(holding) else None
         if found is None:
             return None
-        row, size, unit = found
-        sizes.append(WouldShow(fault.name, size, unit))
-        rows.append(row)
-    tests = tuple(bank.generators[row].id for row in dict.fromkeys(rows))
-    return RuledOut(component, _text(sizes), tests, tuple(sizes)) if sizes else None
+        rows |= dict.fromkeys(sorted(found[0]))
+        sizes += found[1]
+    tests = tuple(bank.generators[row].id for row in rows)
+    return RuledOut(component, size_words(sizes), tests, tuple(sizes))
 
 
-def _text(sizes: Sequence[WouldShow]) -> str:
-    """Return how large the faults are that would have shown: the largest of each unit."""
-    largest: dict[str, float] = {}
+def size_words(sizes: Sequence[WouldShow]) -> str:
+    """Return how large the faults are that would have shown: the largest of each unit and kind.
+
+    Examples
+    --------
+    >>> size_words([WouldShow("b", 3, "s", "frozen")])
+    'a frozen reading for more than 3 s would have shown'
+    >>> size_words([WouldShow("a", 0.5, "V", "rises"), WouldShow("a", 0.7, "V", "falls")])
+    'a lasting rise of more than 0.5 V or fall of more than 0.7 V would have shown'
+    """
+    ways: dict[str, dict[How, WouldShow]] = {}
     for one in sizes:
-        label, scale, _ = customary(one.unit)
-        largest[label] = max(largest.get(label, 0.0), one.size * scale)
-    still = largest.pop("s", None)
-    told = [
-        f"{two_digits(size)} {'' if label == '1' else label}".strip()
-        for label, size in largest.items()
-    ]
-    told = [f"a lasting change of {' or of '.join(told)}"] if told else []
-    if still is not None:
-        told.append(f"standing still for {two_digits(still)} s")
-    return f"{' and '.join(told)} would have shown"
+        ways.setdefault(one.fault, {})[one.how] = one
+    kinds: dict[tuple[str, tuple[How, ...]], dict[How, float]] = {}
+    for each in ways.values():
+        for how, one in each.items():
+            most = kinds.setdefault((one.unit, tuple(each)), {})
+            most[how] = max(most.get(how, 0.0), one.size)
+    told = [_words(most, unit) for (unit, _), most in kinds.items()]
+    return f"{', '.join(told[:-1])}{' and ' if told[1:] else ''}{told[-1]} would have shown"
 
 
-def _would_show(
-    fault: Fault, rows: NDArray[np.intp], sight: _Sight
-) -> tuple[int, float, str] | None:
-    """Return which test shows the smallest lasting change of a fault, its size and unit."""
-    piece = sight.piece
-    equation = piece.bank.system.equations[fault.equation]
-    measured = equation.measurement
-    unit, one = equation.unit, 1.0
-    if measured is not None:
-        unit = piece.bank.system.variables[measured.variable].unit
-        one = measured.accuracy or 1.0
-    moved = reached(piece, {fault.equation: np.full(len(piece.t), one)})
-    shares = {int(row): _share(int(row), fault.equation, one, moved, sight) for row in rows}
-    row = max(shares, key=lambda row: shares[row])
-    most = MOST_SIGMAS * one if measured is not None else MOST_ANGLE if unit == "rad" else np.inf
-    if not shares[row] > 0 or one / shares[row] > most:
-        return None
-    return row, one / shares[row], unit
-
-
-def _share(row: int, faulty: int, one: float, moved: Mapping[int, Floats], sight: _Sight) -> float:
-    """Return what share of the way to its threshold a change moves a test, 0 where it is blind."""
-    piece = sight.piece
-    generator = piece.bank.generators[row]
-    equation = piece.bank.system.equations[generator.residual]
-    if generator.node not in moved:
-        return 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if equation.kind is Kind.LIMIT:
-            before = _spare(equation.left, row, {}, sight)
-            after = before - one
-            if generator.residual != faulty:
-                after = _spare(equation.left, row, moved, sight)
-            share = np.abs(after - before) / np.where(before > 0, before, np.nan)
-        else:
-            change = moved[generator.node] - piece.nodes[generator.node].column
-            size = np.abs(wrap(change) if equation.circular else change)
-            share = size / sight.bound[row]
-    known = share[np.isfinite(share)]
-    return float(np.median(known)) if len(known) else 0.0
-
-
-def _spare(left: Expression, row: int, moved: Mapping[int, Floats], sight: _Sight) -> Floats:
-    """Return how much is left to a limit, (n,), with some nodes moved: the limit is max(.., 0)."""
-    assert isinstance(left, Apply)
-    piece = sight.piece
-    node = piece.bank.nodes[piece.bank.generators[row].node]
-    columns = {
-        name: moved.get(number, piece.nodes[number].column) for name, number in node.arguments
+def _words(most: Mapping[How, float], unit: str) -> str:
+    label, scale, _ = customary(unit)
+    sized = {
+        how: f"{_at_least(size * scale)} {'' if label == '1' else label}".strip()
+        for how, size in most.items()
     }
-    values = {**piece.context.constants, **columns}
-    beyond = [evaluate(part, values) for part in left.arguments if not isinstance(part, Number)]
-    spare: Floats = -np.max(np.broadcast_arrays(*beyond), axis=0)
-    return spare
+    if "frozen" in sized:
+        return f"a frozen reading for more than {sized['frozen']}"
+    if "silent" in sized:
+        return f"silence for more than {sized['silent']}"
+    if "changes" in sized:
+        return f"a lasting change of more than {sized['changes']} in either direction"
+    named = {"rises": "rise", "falls": "fall"}
+    told = [f"{named[how]} of more than {size}" for how, size in sized.items()]
+    return f"a lasting {' or '.join(told)}"
+
+
+def _at_least(size: float) -> str:
+    """Return a size in two digits, upwards: what is less would not have shown for certain.
+
+    Examples
+    --------
+    >>> _at_least(0.5151), _at_least(21.2), _at_least(0.5)
+    ('0.52', '22', '0.5')
+    """
+    unit = 10.0 ** (min(floor(log10(size)), 1) - 1)
+    return two_digits(ceil(round(size / unit, 6)) * unit)

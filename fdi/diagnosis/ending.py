@@ -74,6 +74,8 @@ def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
             yield First(event.t, "command", f"flight mode {event.text}")
         elif event.kind in ("arm", "disarm"):
             yield First(event.t, "command", f"{event.kind}ed")
+        elif event.kind == "command":
+            yield First(event.t, "command", event.text)
         elif event.kind == "failsafe" or (
             event.kind in ("text", "sensor")
             and event.severity is not None

@@ -13,6 +13,7 @@ from fdi.decision import Alarms
 from fdi.diagnosis.alarm_runs import Run
 from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.naming import Cause
+from fdi.diagnosis.plain import the_part
 from fdi.diagnosis.values import Evidence, Size
 from fdi.model.assemble import without_over
 from fdi.model.evaluate import evaluate, wrap
@@ -46,12 +47,23 @@ def evidence(cause: Cause, alarms: Alarms) -> Evidence:
     channels = dict.fromkeys(str(c) for row in rows for c in bank.channels(bank.generators[row]))
     more = len(rows) - 1
     tail = f"; {more} more test{'s' if more > 1 else ''} agree{'s' if more == 1 else ''}"
+    said = sentence(telling, alarms, cause.component)
     return Evidence(
-        sentence(telling, alarms, cause.component) + (tail if more else ""),
+        _of_another(cause.component, telling, bank) + said + (tail if more else ""),
         tuple(bank.generators[row].id for row in rows),
         tuple(channels),
         bank.generators[telling.row].id,
     )
+
+
+def _of_another(component: str, run: Run, bank: Bank) -> str:
+    """Return whom an alarm is a statement of, where that is not the component it speaks against."""
+    system = bank.system
+    left = system.equations[bank.generators[run.row].residual]
+    if left.component in (None, component) or component not in left.suspects:
+        return ""
+    owner, suspect = (the_part(str(one), system.components) for one in (left.component, component))
+    return f"a statement of {owner}, behind which {suspect} may be: "
 
 
 def _reads(component: str, bank: Bank, generator: Generator) -> bool:

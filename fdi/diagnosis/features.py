@@ -45,7 +45,7 @@ class Feature(NamedTuple):
 
 def _counted(value: float) -> str:
     count = round(np.expm1(value))
-    return f"{count} test{'s' if count > 1 else ''} of it alarm{'s' if count < 2 else ''}"
+    return f"{count} of its tests alarmed"
 
 
 def _share(value: float) -> str:
@@ -65,7 +65,7 @@ FEATURES: Final[Mapping[str, Feature]] = {
     "fit": Feature(
         1,
         "how much of what alarms and what is quiet one fault of it explains",
-        "one fault of it explains # of what alarms and what stays quiet",
+        "a single fault of it would explain # of what the tests show, alarms and silence alike",
         lambda value: f"{100 * value:.0f} %",
     ),
     "near": Feature(
@@ -153,7 +153,7 @@ def told(name: str, value: float) -> str:
     Examples
     --------
     >>> told("tests", 1.3863), told("tests", 0.6931)
-    ('3 tests of it alarm', '1 test of it alarms')
+    ('3 of its tests alarmed', '1 of its tests alarmed')
     >>> told("late", 1.2528)
     'its own alarms come 2.5 s after the first'
     """

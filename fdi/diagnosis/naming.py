@@ -11,7 +11,8 @@ about anew.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -53,6 +54,8 @@ class Cause:
         The other candidates for alarms that it explains, the likeliest first.
     because : tuple of Term
         What weighed most for it and against it.
+    earlier : tuple of (float, float)
+        From when to when, s, it had shown before, and healed.
     """
 
     flight: int
@@ -62,6 +65,7 @@ class Cause:
     probability: float
     rivals: tuple[tuple[str, float], ...]
     because: tuple[Term, ...]
+    earlier: tuple[tuple[float, float], ...] = ()
 
     @property
     def onset(self) -> float:
@@ -113,7 +117,41 @@ def name(inquiry: Inquiry, fitted: Fitted) -> tuple[list[Cause], list[Effect]]:
         left = [run for run in left if run not in taken]
         # what else began at this very moment is asked about anew
         after = float(np.nextafter(start.onset, -np.inf))
-    return causes, effects
+    return _followed(causes, effects, inquiry)
+
+
+def _followed(
+    causes: Sequence[Cause], effects: Sequence[Effect], inquiry: Inquiry
+) -> tuple[list[Cause], list[Effect]]:
+    """Return the causes that follow from none that began before them, and all effects.
+
+    Who is accused first took alarms that another may have brought about, of whom nothing was known
+    yet: the other's own alarms were asked about only then.
+    """
+    roots = {one: _root(one, causes, inquiry) for one in causes}
+    later = [_effects(roots[one], one.runs, inquiry) for one in causes if roots[one] is not one]
+    return (
+        [one for one in causes if roots[one] is one],
+        [replace(one, cause=roots[one.cause]) for one in chain(effects, *later)],
+    )
+
+
+def _root(one: Cause, causes: Sequence[Cause], inquiry: Inquiry) -> Cause:
+    """Return the cause from which one follows, itself where there is none."""
+    leads = (other for other in causes if _follows(one, other, inquiry))
+    lead = next(leads, None)  # that nobody disturbs who disturbs him is a rule of the model
+    return one if lead is None else _root(lead, causes, inquiry)
+
+
+def _follows(one: Cause, other: Cause, inquiry: Inquiry) -> bool:
+    """Return whether all that shows a cause is what an earlier failure of another disturbs."""
+    reach = inquiry.reach[other.component]
+    return (
+        other.component != one.component
+        and other.onset <= one.onset <= other.end + LINKED_S
+        and one.component in reach
+        and all(inquiry.whom.disturbed(run.row, reach) for run in one.runs)
+    )
 
 
 def possible(inquiry: Inquiry, fitted: Fitted) -> frozenset[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from fdi.diagnosis.concerns import concerns
 from fdi.model.naming import component_words, inside
 
 if TYPE_CHECKING:
@@ -48,6 +49,20 @@ def alarm_words(component: str, generator: Generator, system: System) -> str:
     subject = component_words(component, system.components)
     clause, is_verb = _clause(component, generator, system)
     return f"{subject} {clause}" if is_verb else f"{subject}: {clause}"
+
+
+def alarm_sentences(bank: Bank) -> tuple[str, ...]:
+    """Return what an alarm of each residual of a bank means, where nobody is accused for it.
+
+    The subject is whom the residual concerns first, or what it states where it concerns nobody.
+    """
+    whom, system = concerns(bank), bank.system
+    said = []
+    for row, generator in enumerate(bank.generators):
+        names = whom.in_order(row)
+        about = names[0] if names else system.equations[generator.residual].name
+        said.append(alarm_words(about, generator, system))
+    return tuple(said)
 
 
 def alarm_clause(component: str, generator: Generator, system: System) -> str:
@@ -122,7 +137,9 @@ def _clause(component: str, generator: Generator, system: System) -> tuple[str, 
     own = [
         e.measurement
         for e in equations
-        if e.measurement and not e.measurement.trusted and e.component == component
+        if e.measurement
+        and not (e.measurement.trusted or e.measurement.made_by)
+        and e.component == component
     ]
     others = _others(component, equations, system)
     if own and others:

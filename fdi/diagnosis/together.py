@@ -3,7 +3,8 @@
 In: what the tests did in every flight, who is accused, and what follows from that. Out: the minimal
 diagnoses of one and of two components (``fdi.structure.hitting``): the conflicts are the components
 that each alarming test concerns. Alarms that follow from an accused component are no conflicts.
-Nothing is told where nobody or one component is accused and one explains all.
+Nothing is told where nobody or one component is accused and one explains all, nor where no two do:
+that more than two would have to fail together tells nobody anything.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def together(
             continue
         sets = minimal_hitting_sets(conflicts, most=MOST)
         found = [tuple(names[i] for i in members(one)) for one in sets]
-        if len(accused) < 2 and any(len(one) == 1 for one in found):
+        if not found or (len(accused) < 2 and any(len(one) == 1 for one in found)):
             continue
         found.sort(key=lambda one: (len(one), -len(accused & set(one))))
         yield Together(inquiry.flight, len(rows), tuple(found))

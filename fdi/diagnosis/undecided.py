@@ -11,18 +11,31 @@ from collections.abc import Collection
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.decision import Alarms
-from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.diagnosis.clearing import ended_well, faults_by_component, quiet_tests
-from fdi.diagnosis.concerns import concerns
+from fdi.decision.alarms import UNKNOWN
+from fdi.diagnosis.clearing import (
+    KNOWN_SHARE,
+    LAST_S,
+    Quiet,
+    ended_well,
+    faults_by_component,
+    quiet_tests,
+    said_faults,
+    unpowered,
+)
+from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.plain import alarm_words
+from fdi.diagnosis.straying import Strays, strays, violated_from_start
 from fdi.diagnosis.values import Isolability, NotTestable, Open
 from fdi.model.expression import symbols
 from fdi.residuals import Bank
-from fdi.telemetry.airtime import when_in_air
 
+ONLY_ACCUSE: Final = "only tests that can accuse, never clear"
+FOLLOWED: Final = (
+    "only tests whose other side may follow a lasting error, so that their silence clears nobody"
+)
+NO_SIZE: Final = "no size can be stated from which on every fault would have shown"
 _CARRIERS: Final = {"wing_borne": "wings", "rotor_borne": "rotors"}
 
 
@@ -37,49 +50,72 @@ def left_open(alarms: Alarms, told: Collection[str]) -> tuple[Open, ...]:
     """
     bank = alarms.residuals.bank
     whom = concerns(bank)
-    flying = when_in_air(alarms.residuals.signals)
-    beyond = alarms.alarm | (alarms.state == TRIGGERED)
-    beyond[:, ~flying] = False
-    able, against = quiet_tests(alarms)
+    left, tests = strays(alarms), quiet_tests(alarms)
+    beyond = (left.raised | left.lasted).any(axis=1)
+    # a moment keeps nobody from being cleared unless it speaks against somebody: at the end
+    beyond |= tests.against & left.moments.any(axis=1)
     result = []
     for name in bank.system.components:
         if name in told or name == "outside_model":
             continue
         rows = [row for row in range(len(alarms.state)) if name in whom.of(row)]
         ran = [row for row in rows if (alarms.state[row] != UNKNOWN).any()]
-        hot = [row for row in ran if beyond[row].any()]
-        result.append(Open(name, _why(name, ran, hot, (able, against), alarms)))
+        hot = [row for row in ran if beyond[row]]
+        why = _left(name, hot, left, alarms) if hot else _all_along(name, alarms)
+        why = why or _why(name, ran, tests, alarms, whom)
+        result.append(Open(name, why))
     return tuple(result)
 
 
-def _why(
-    name: str,
-    ran: list[int],
-    hot: list[int],
-    tests: tuple[NDArray[np.bool_], NDArray[np.bool_]],
-    alarms: Alarms,
-) -> str:
-    """Return what keeps a component from being cleared, in words."""
+def _left(name: str, hot: list[int], left: Strays, alarms: Alarms) -> str:
+    """Return which test that concerns a component left health, how, and from when on."""
+    bank, t = alarms.residuals.bank, alarms.residuals.t
+    ways = (
+        ("an alarm concerns it", left.raised),
+        ("a test left health briefly", left.lasted),
+        ("a test left health for a moment", left.moments),
+    )
+    how, when = next((how, when) for how, when in ways if when[hot].any())
+    since = {row: float(t[int(np.argmax(when[row]))]) for row in hot if when[row].any()}
+    first = min(since, key=lambda row: (since[row], row))
+    words = alarm_words(name, bank.generators[first], bank.system)
+    more = f", and {len(hot) - 1} more" if len(hot) > 1 else ""
+    return f"{how}: {words}, from {since[first]:.1f} s{more}"
+
+
+def _why(name: str, ran: list[int], tests: Quiet, alarms: Alarms, whom: Concerns) -> str:
+    """Return what keeps a component from being cleared whose tests stayed within health."""
     bank = alarms.residuals.bank
-    if hot:
-        first = min(hot, key=lambda row: (not alarms.alarm[row].any(), _since(alarms, row), row))
-        words = alarm_words(name, bank.generators[first], bank.system)
-        how = "an alarm concerns it" if alarms.alarm[first].any() else "a test left health briefly"
-        more = f", and {len(hot) - 1} more" if len(hot) > 1 else ""
-        return f"{how}: {words}, from {_since(alarms, first):.1f} s{more}"
     if not ran:
         return "no test of it ran"
     if bank.system.components[name].ends_log and not ended_well(alarms):
         return "it may have ended a log that ends without a landing"
-    able, against = tests
-    if against[ran].any():
-        many = int(against[ran].sum())
-        said = f"{_share(many, len(ran))} {'scatters' if many == 1 else 'scatter'}"
-        return f"{said} more than at first, or raised an alarm on the ground"
-    if not able[ran].all():
-        many = int((~able[ran]).sum())
-        return f"{_share(many, len(ran))} did not run all the way to the end"
-    return "its tests do not say how small a fault of it they would show"
+    if not said_faults(name, bank, whom):
+        return ONLY_ACCUSE
+    if unpowered(name, bank, whom):
+        return FOLLOWED
+    shares = (
+        (tests.rougher, "scatters more than at first", "scatter more than at first"),
+        (tests.against & ~tests.rougher, *2 * ("raised an alarm on the ground",)),
+        (~tests.long, *2 * (f"ran for less than {KNOWN_SHARE:.0%} of the time in the air",)),
+        (~tests.able, *2 * (f"did not run in the last {LAST_S:g} s in the air",)),
+    )
+    for which, single, several in shares:
+        many = int(which[ran].sum())
+        if many:
+            return f"{_share(many, len(ran))} {single if many == 1 else several}"
+    return NO_SIZE
+
+
+def _all_along(name: str, alarms: Alarms) -> str:
+    """Return what is so of a component from the flight's beginning on, "" where nothing is."""
+    bank = alarms.residuals.bank
+    said = [
+        alarm_words(name, bank.generators[row], bank.system)
+        for row in violated_from_start(alarms)
+        if bank.system.equations[bank.generators[row].residual].component == name
+    ]
+    return f"{'; '.join(said)}: so from the beginning of the flight on" if said else ""
 
 
 def _share(many: int, of: int) -> str:
@@ -93,11 +129,6 @@ def _share(many: int, of: int) -> str:
     if of == 1:
         return "its only test"
     return f"all its {of} tests" if many == of else f"{many} of its {of} tests"
-
-
-def _since(alarms: Alarms, row: int) -> float:
-    raised = alarms.alarm[row] if alarms.alarm[row].any() else alarms.state[row] == TRIGGERED
-    return float(alarms.residuals.t[int(np.argmax(raised))])
 
 
 def not_testable(
@@ -135,9 +166,11 @@ def not_testable(
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):
             own = np.flatnonzero(bank.incidence[:, seen].any(axis=1))
-            text = _waiting(alarms, {*own.tolist(), *concerned.get(name, [])}) if flew else ""
-            text = text or "its tests never had all that they need"
-            text += "" if flew else ", or hold in the air only"
+            rows = {*own.tolist(), *concerned.get(name, [])}
+            text = _all_along(name, alarms) or (_waiting(alarms, rows) if flew else "")
+            if not text:
+                text = "its tests never had all that they need"
+                text += "" if flew else ", or hold in the air only"
         else:
             continue
         result.append(NotTestable(name, text))

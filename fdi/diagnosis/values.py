@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.methods.setup.values import Setting
 from fdi.shown import Shown, html_table
 from fdi.structure.decomposition import Decomposition
 from fdi.telemetry.ends import FlightEnd
+from fdi.units import hundredths
 from fdi.windows import runs_of
 
 if TYPE_CHECKING:
@@ -20,6 +22,33 @@ QUIET, MARKED, UNKNOWN = 0, 1, -1
 MOST_LETTERS = 240
 
 FindingKind = Literal["step", "ramp", "freeze", "loss", "noise", "scale", "limit", "unknown"]
+
+
+When = Literal["now", "next flight"]
+
+
+@dataclass(frozen=True, slots=True)
+class Advice(Shown):
+    """One thing to do about what is said of a flight.
+
+    Attributes
+    ----------
+    do, why : str
+        What to do, and how to tell what it shows.
+    parameter : Setting or None
+        The parameter that it is about.
+    source, address : str
+        The page that says so.
+    when : str
+        ``now``: inspect; ``next flight``: record.
+    """
+
+    do: str
+    why: str
+    parameter: Setting | None
+    source: str
+    address: str
+    when: When = "now"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +120,7 @@ class Other(Shown):
 
 @dataclass(frozen=True, slots=True)
 class Finding(Shown):
-    """An accused component, in one episode of one flight; times are s of the log's clock.
+    """An accused component of one flight; times are s of the log's clock.
 
     Attributes
     ----------
@@ -111,6 +140,10 @@ class Finding(Shown):
         Everybody else of whom a test ran then, the rivals first.
     size : Size or None
         By how much a sensor is wrong, where the residuals are explained by it.
+    earlier : tuple of (float, float)
+        From when to when, s, it had shown before, and healed.
+    advice : tuple of Advice
+        What to do about it, in this order.
     """
 
     rank: int
@@ -128,6 +161,15 @@ class Finding(Shown):
     rivals: tuple[tuple[str, float], ...]
     others: tuple[Other, ...] = ()
     size: Size | None = None
+    earlier: tuple[tuple[float, float], ...] = ()
+    advice: tuple[Advice, ...] = ()
+
+    def __repr__(self) -> str:
+        sure = hundredths(self.confidence)
+        return (
+            f"<Finding {self.rank}: {self.component}, {self.kind}, from {self.onset:.1f} s of the "
+            f"log, {sure} % sure>"
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,13 +183,21 @@ class Consequence(Shown):
     text: str
 
 
+How = Literal["changes", "rises", "falls", "frozen", "silent"]
+
+
 @dataclass(frozen=True, slots=True)
 class WouldShow(Shown):
-    """The size of a lasting change from which on a fault would have shown."""
+    """The size of a lasting change from which on a fault would have shown.
+
+    ``how``: ``changes`` (in either direction), ``rises``, ``falls``; ``frozen`` or ``silent`` for
+    as long as ``size``.
+    """
 
     fault: str
     size: float
     unit: str
+    how: How = "changes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +232,7 @@ class Together(Shown):
         How many alarmed.
     diagnoses : tuple of tuple of str
         The minimal sets of one and of two components, fewest first, then those that hold most of
-        the accused; none where it takes more.
+        the accused.
     """
 
     flight: int
@@ -222,19 +272,26 @@ class Ending(Shown):
 
     end: FlightEnd
     first: tuple[First, ...] = ()
+    advice: tuple[Advice, ...] = ()
 
 
-Outlook = Literal["accused", "ended badly", "alarms", "healthy", "untested"]
-"""What a glance should tell: ``healthy`` only where the vehicle flew, nothing went wrong, no alarm
-was raised and what keeps it in the air could be tested."""
+Outlook = Literal["accused", "ended badly", "suspected", "alarms", "healthy", "untested"]
+"""What a glance should tell: ``suspected`` where an accusation is less than probable; ``healthy``
+only where the vehicle flew, nothing went wrong, no alarm was raised and what keeps it in the air
+could be tested."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotTestable(Shown):
-    """A component that this telemetry cannot show, and why."""
+    """A component that this telemetry cannot show, and why.
+
+    ``wanted``: the telemetry that would show it, with the autopilot's setting, "" for none.
+    """
 
     component: str
     text: str
+    wanted: str = ""
+    advice: tuple[Advice, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

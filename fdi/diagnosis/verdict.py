@@ -5,7 +5,7 @@ glance should tell. A flight that ended badly leads with that, accused or not; t
 place on the airframe), since when (in flight, and on the log's clock), at what height and in which
 mode, what is wrong with it, what followed, and how sure that is. What is least needed goes first
 where the letters do not suffice. "Stayed within what health explains" is said only where every test
-that ran did.
+that ran did, and with the moments in which one did not.
 """
 
 from __future__ import annotations
@@ -18,10 +18,12 @@ from typing import Final
 import numpy as np
 
 from fdi.decision import Alarms
-from fdi.decision.alarms import TRIGGERED, UNKNOWN
-from fdi.decision.judging import persistent
+from fdi.decision.alarms import UNKNOWN
+from fdi.diagnosis.claim import When, claim_of
 from fdi.diagnosis.ending import BEFORE_S, led_to, went_wrong
-from fdi.diagnosis.plain import channel_words, telling_clause
+from fdi.diagnosis.features import SIMULTANEOUS_S
+from fdi.diagnosis.plain import alarm_words, channel_words, telling_clause
+from fdi.diagnosis.straying import BRIEF_S, strays, violated_from_start
 from fdi.diagnosis.values import (
     MOST_LETTERS,
     Consequence,
@@ -34,53 +36,60 @@ from fdi.diagnosis.values import (
 from fdi.model.naming import component_words, inside
 from fdi.residuals import Bank
 from fdi.telemetry import Flight, Signals
-from fdi.telemetry.airtime import when_in_air
 from fdi.telemetry.ends import FlightEnd, is_failsafe
-from fdi.units import customary, hundredths, two_digits
+from fdi.units import customary, two_digits
 
-BRIEF_S: Final = 0.75
-"""A test beyond its threshold for so long at a stretch has left what health explains: half of the
-1.5 s that make an alarm. What passes sooner is an aliased manoeuvre or a late record."""
 PROPULSION: Final = "propulsion"
 """The group of what keeps the vehicle in the air."""
 MOST_FOLLOWERS: Final = 2
+LEAST_DEPTH_M: Final = 5.0
+"""A height less far below take-off is 0: air pressure drifts by as much in an hour of weather."""
 LAST_S: Final = 5.0
 """A height that is older than this is not told as that of the end."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tests:
-    """How many tests there are, ran, raised an alarm, and left health for moments only."""
+    """How many tests there are, ran, raised an alarm, left health without one, and for moments.
+
+    Each of the last three counts the tests that none before it does. ``standing``: statements that
+    are violated from the beginning of the flight on, and therefore not judged.
+    """
 
     all: int
     ran: int
     raised: int
     strayed: int
+    touched: int = 0
+    standing: int = 0
 
 
 def count_tests(alarms: Alarms) -> Tests:
     """Return what the tests did in the air."""
-    flying = when_in_air(alarms.residuals.signals)
     ran = (alarms.state != UNKNOWN).any(axis=1)
-    raised = alarms.alarm[:, flying].any(axis=1)
-    least = max(2, round(BRIEF_S * alarms.residuals.signals.rate_hz))
-    beyond = (alarms.state == TRIGGERED) & flying
-    unknown = alarms.state == UNKNOWN
-    lasted = [persistent(b, u, least)[0].any() for b, u in zip(beyond, unknown, strict=True)]
-    strayed = ~raised & np.array(lasted, bool)
-    return Tests(len(ran), int(ran.sum()), int(raised.sum()), int(strayed.sum()))
+    left = strays(alarms)
+    raised, lasted, moments = (m.any(axis=1) for m in (left.raised, left.lasted, left.moments))
+    strayed = lasted & ~raised
+    touched = moments & ~raised & ~lasted
+    n_ran, n_raised, n_strayed, n_touched = (
+        int(mask.sum()) for mask in (ran, raised, strayed, touched)
+    )
+    standing = len(violated_from_start(alarms))
+    return Tests(len(ran), n_ran, n_raised, n_strayed, n_touched, standing)
 
 
 def outlook(
     findings: Sequence[Finding], endings: Sequence[Ending], tests: Tests, alarms: Alarms
 ) -> Outlook:
     """Return what a glance should tell."""
-    flew = bool(np.any(alarms.residuals.signals.state.airborne))
-    if findings:
+    doubtful = bool(findings) and claim_of(findings[0]).level == "possible"
+    if findings and not doubtful:
         return "accused"
     if any(one.end.is_bad for one in endings):
         return "ended badly"
-    if not tests.ran or not flew:
+    if doubtful:
+        return "suspected"
+    if not tests.ran or stayed_down(alarms):
         return "untested"
     upset = any(one.end.how == "failsafe" for one in endings)
     if tests.raised or tests.strayed or upset:
@@ -88,6 +97,12 @@ def outlook(
     if any(_is_cut_off(one.end, alarms.residuals.signals) for one in endings):
         return "untested"
     return "healthy" if _propulsion_testable(alarms) else "untested"
+
+
+def stayed_down(alarms: Alarms) -> bool:
+    """Return whether a vehicle that is made to fly, by its model, never did."""
+    residuals = alarms.residuals
+    return residuals.bank.system.flies and not np.any(residuals.signals.state.airborne)
 
 
 def _propulsion_testable(alarms: Alarms) -> bool:
@@ -120,7 +135,7 @@ def verdict(
         return _accused(findings, consequences, endings, alarms)
     if bad:
         return _unexplained(bad[-1])
-    if not np.any(signals.state.airborne):
+    if stayed_down(alarms):
         return f"The vehicle is never seen to fly. {_quiet(tests)}"
     failsafe, when = _failsafe(endings, signals)
     unfinished, clock = _unfinished(endings, signals)
@@ -129,6 +144,13 @@ def verdict(
 
 def _quiet(tests: Tests) -> str:
     """Return what is said where nobody is accused."""
+    if not tests.ran and tests.standing:
+        of = f"{tests.standing} of {tests.all} tests {'is' if tests.standing == 1 else 'are'}"
+        what = "the only test is" if tests.all == 1 else f"none could be judged, and {of}"
+        return (
+            f"No component is accused, and none is cleared: {what} violated from the beginning of "
+            "the flight on."
+        )
     if not tests.ran:
         return "Nothing in this telemetry could be tested."
     if tests.raised:
@@ -145,7 +167,11 @@ def _quiet(tests: Tests) -> str:
         ran = f"all {tests.all} tests"
     else:
         ran = f"{tests.ran} of {tests.all} tests could run and"
-    return f"No component is accused: {ran} stayed within what health explains."
+    aside = ""
+    if tests.touched:
+        of = "one of them" if tests.touched == 1 else f"{tests.touched} tests"
+        aside = f", moments of less than {BRIEF_S:g} s in {of} aside"
+    return f"No component is accused: {ran} stayed within what health explains{aside}."
 
 
 def _unexplained(ending: Ending) -> str:
@@ -180,7 +206,9 @@ def _end_words(end: FlightEnd) -> str:
             else "Control was lost"
         )
         return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
-    return f"The log ends in the air {clock}" if end.how == "in_air" else f"Landed {clock}"
+    if end.how == "tipped_over":
+        return f"Tipped over as it touched the ground {clock}"
+    return f"The recording stops in flight {clock}" if end.how == "in_air" else f"Landed {clock}"
 
 
 def _failsafe(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
@@ -197,7 +225,7 @@ def _failsafe(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
 
 
 def _unfinished(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
-    """Return that the log ends in the air, and when, "" where it does not.
+    """Return that the recording stops in flight, and when, "" where it does not.
 
     Whether the recording was cut off or the power was, nothing in the log tells.
     """
@@ -209,7 +237,7 @@ def _unfinished(endings: Sequence[Ending], signals: Signals) -> tuple[str, str]:
         known = signals.height[(signals.t > end.at - LAST_S) & (signals.t <= end.at)]
         known = known[np.isfinite(known)]
         height = f" at {known[-1] + 0.0:.0f} m" if len(known) else ""
-    return f"The log ends in the air{height}{clock}.", clock
+    return f"The recording stops in flight{height}{clock}.", clock
 
 
 def _is_cut_off(end: FlightEnd, signals: Signals) -> bool:
@@ -223,31 +251,62 @@ def _accused(
     endings: Sequence[Ending],
     alarms: Alarms,
 ) -> str:
+    """Return whom the findings name, as surely as they do, and what is told of the first."""
     first = findings[0]
-    system = alarms.residuals.bank.system
+    components = alarms.residuals.bank.system.components
     signals = alarms.residuals.signals
     bad = next((one.end for one in reversed(endings) if one.end.is_bad), None)
-    explains = bad is not None and led_to(bad, first.flight, first.end)
-    name = component_words(first.component, system.components)
+    claim = claim_of(first)
+    is_gap = all(components[name].records for name in claim.names)
+    explains = bad is not None and not is_gap and led_to(bad, first.flight, first.end)
+    of_vehicle = [first, *(f for f in findings[1:] if not components[f.component].records)]
+    order = "gap" if is_gap else _order(of_vehicle, signals, bad if explains else None)
     when, height, mode = _moment(first, signals)
-    # what shows after control was lost may still be the cause, but it was not seen to be first
-    late = bad is not None and explains and first.onset > (bad.lost_control or first.onset)
-    core = f"{name} {'is accused' if late else 'failed first'}, {when}"
-    what = f": {_what(first, alarms)}."
-    also = ""
-    if first.inseparable_from:
-        names = (component_words(name, system.components) for name in first.inseparable_from[:2])
-        twins = " or ".join(inside(name) for name in names)
-        also = f"; {twins} would explain it as well"
-    sure = f"{hundredths(first.confidence)} % sure{also}."
+    when = f" (log {first.onset:.1f} s)" if order == "take-off" else f", {when}"
+    said = claim.subject(components)
+    if bad is not None and not explains:
+        said = f"Before that, {inside(said)}"
+    core = f"{said} {claim.verb(order)} ({claim.odds(components)}){when}"
+    what = f": {_what(first, alarms)}" if len(claim.names) == 1 else _seen(first, alarms)
     followers = _followers(first, consequences, findings, alarms)
     tail = f"Then: {', '.join(followers)}." if followers else ""
     head = []
     if bad is not None:
         head = [_end_words(bad) + ("." if explains else "; no component explains it.")]
-        core = core if explains else f"Before that, {inside(core)}"
     # in the order in which they are given up
-    return _fitted([*head, core + height + mode + what, sure], [tail, height, mode, also])
+    return _fitted([*head, f"{core}{height}{mode}{what}."], [tail, height, mode], tail)
+
+
+def _order(findings: Sequence[Finding], signals: Signals, bad: FlightEnd | None) -> When:
+    """Return where the first finding stands in time.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+    signals : Signals
+    bad : FlightEnd or None
+        How the flight ended, where that was badly and the first finding still stood then.
+    """
+    first = findings[0]
+    # what shows after control was lost may still be the cause, but it was not seen to be first
+    if bad is not None and bad.lost_control is not None and first.onset > bad.lost_control:
+        return "after"
+    if any(one.onset < first.onset for one in findings if one.flight == first.flight):
+        return "later"
+    flight = signals.flights[first.flight] if first.flight < len(signals.flights) else None
+    if flight is not None and flight.flew and first.onset - flight.airborne[0] < SIMULTANEOUS_S:
+        return "take-off"
+    return "first"
+
+
+def _seen(first: Finding, alarms: Alarms) -> str:
+    """Return what the test showed that speaks for several alike."""
+    bank = alarms.residuals.bank
+    by_id = {generator.id: generator for generator in bank.generators}
+    telling = by_id.get(first.evidence.telling)
+    if telling is None:
+        return ""
+    return f": {inside(alarm_words(first.component, telling, bank.system))}"
 
 
 def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
@@ -265,11 +324,27 @@ def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
     place = int(np.clip(np.searchsorted(signals.t, t), 0, max(len(signals.t) - 1, 0)))
     height = mode = ""
     if not on_ground and signals.height is not None and np.isfinite(signals.height[place]):
-        height = f", at {signals.height[place] + 0.0:.0f} m".replace("-0 m", "0 m")
+        height = _height(float(signals.height[place]))
     name = str(signals.state.mode[place]) if len(signals.t) else ""
     if name:
         mode = f" in {re.sub(r'[_<>=]+', ' ', name)[:20]}"
     return when, height, mode
+
+
+def _height(metres: float) -> str:
+    """Return a height above take-off; one below it is told as what it is, a reading.
+
+    Examples
+    --------
+    >>> _height(21.4), _height(-0.3), _height(-60.0)
+    (', at 21 m', ', at 0 m', ', by its own reading 60 m below take-off')
+    """
+    rounded = round(metres)
+    if rounded >= 0:
+        return f", at {rounded} m"
+    if metres > -LEAST_DEPTH_M:
+        return ", at 0 m"
+    return f", by its own reading {-rounded} m below take-off"
 
 
 def _what(finding: Finding, alarms: Alarms) -> str:
@@ -315,15 +390,19 @@ def _followers(
     return [inside(component_words(name, components)) for name in list(names)[:MOST_FOLLOWERS]]
 
 
-def _fitted(sentences: Sequence[str], optional: Sequence[str]) -> str:
+def _fitted(sentences: Sequence[str], optional: Sequence[str], last: str = "") -> str:
     """Return sentences in `MOST_LETTERS` letters, giving up optional parts in their order.
 
-    An optional part that is in no sentence is one of its own; it stands before the last.
+    Parameters
+    ----------
+    sentences : sequence of str
+    optional : sequence of str
+        Parts of the sentences, or ``last``.
+    last : str
+        A sentence that stands behind them.
     """
-    kept = list(sentences)
-    extra = [part for part in optional if part and not any(part in one for one in kept)]
-    text = " ".join([*kept[:-1], *extra, kept[-1]])
-    for part in (part for part in optional if part):
+    text = " ".join(filter(None, (*sentences, last)))
+    for part in filter(None, optional):
         if len(text) <= MOST_LETTERS:
             break
         text = " ".join(text.replace(part, "", 1).split())

@@ -51,6 +51,8 @@ class Label(Shown):
         s; nothing that begins later counts. None: to the end of the log.
     source : str
         The labels file, as it was named.
+    provenance : str
+        Where the log is from: a repository and the path in it.
     """
 
     key: str
@@ -62,6 +64,7 @@ class Label(Shown):
     accept: frozenset[str]
     evaluate_until: float | None
     source: str = ""
+    provenance: str = ""
 
     @property
     def onset(self) -> float | None:
@@ -95,6 +98,7 @@ def load_labels(path: str | Path) -> tuple[Label, ...]:
             frozenset(spec.accept),
             spec.evaluate_until,
             str(path),
+            spec.source,
         )
         for key, spec in _checked(tree, where.name).items()
     )
@@ -132,6 +136,7 @@ def _checked(tree: Any, name: str) -> dict[str, Any]:
         model_config = ConfigDict(frozen=True)
         vehicle: str
         origin: str = "recorded"
+        source: str = ""
         use: Literal["diagnosis", "reading"] = "diagnosis"
         faults: list[FaultEntry]
         accept: list[str] = []

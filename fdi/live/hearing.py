@@ -107,7 +107,7 @@ class Hearing:
         if not self._is_silent and now - self._last > SILENT_S:
             self._is_silent = True
             who = "no vehicle" if self.speaker is None else f"system {self.speaker.system}"
-            told = "was heard" if self.speaker is None else "has been heard"
+            told = "was heard" if self.speaker is None else "has not been heard"
             self._tell(lines, "silent", f"the link is dead: {who} {told} for {SILENT_S:.0f} s")
         return lines
 

@@ -33,7 +33,7 @@ from fdi.methods.observer.records import LackingError, Rows, multicopter, rows_o
 from fdi.methods.observer.states import PSI, RESIDUALS, STATES
 from fdi.telemetry import Log
 from fdi.telemetry.events import SETTLING_S
-from fdi.telemetry.flights import LIFT_M
+from fdi.telemetry.impact import MOVED_M
 from fdi.telemetry.message import Floats
 
 RECENT_S: Final = 8.0
@@ -259,7 +259,7 @@ class Observing:
 
 def _may_have_landed(alarm: Alarm, seen: Recent) -> bool:
     since = slice(int(np.searchsorted(seen.t, alarm.start)), None)
-    is_low = bool(np.nanmax(seen.height[since], initial=-np.inf) < LIFT_M)
+    is_low = bool(np.nanmax(seen.height[since], initial=-np.inf) < MOVED_M)
     return is_low and float(seen.t[-1]) - alarm.start < GROUND_S
 
 

@@ -25,6 +25,7 @@ from fdi.methods.observer.states import RESIDUALS, UNITS
 from fdi.report.text import text
 from fdi.report.words import clean
 from fdi.telemetry.message import Floats
+from fdi.units import hundredths
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -38,8 +39,8 @@ MOST_ROWS: Final = 12
 _BESIDE_OBSERVER: Final = 42
 """Letters in a row of the observer's view beside the sparkline."""
 _BESIDE_BANK: Final = 26
-_COMPARES: Final = 24
-"""Letters that what a test compares needs at least to say anything."""
+_MEANS: Final = 24
+"""Letters that what an alarm means needs at least to say anything."""
 _AROUND: Final = 6
 """Lines for headline, heading, and what was told last."""
 _STALE_S: Final = 1.0
@@ -104,9 +105,9 @@ def bank_view(hearing: Hearing, seen: Watching) -> RenderableType:
     from rich.console import Group
 
     width, height = shutil.get_terminal_size()
-    bins = _bins(width - _BESIDE_BANK - _COMPARES)
+    bins = _bins(width - _BESIDE_BANK - _MEANS)
     most = min(max(height - _AROUND, 1), MOST_ROWS)
-    rows = _table("test", "of threshold", f"last {_seconds(bins):.0f} s", "compares")
+    rows = _table("test", "of threshold", f"last {_seconds(bins):.0f} s", "an alarm means")
     if seen.alarms is not None:
         bank, now = seen.alarms.residuals.bank, hearing.boot_s
         t = seen.alarms.residuals.t + seen.offset
@@ -120,7 +121,7 @@ def bank_view(hearing: Hearing, seen: Watching) -> RenderableType:
                 text(bank.generators[row].id, style),
                 text(f"{largest[row]:.2f}", style),
                 text(sparkline(t, strength[row], now=now)[-bins:], style),
-                text(_cut(bank.describe(bank.generators[row]), width - _BESIDE_BANK - bins), style),
+                text(_cut(seen.says[row], width - _BESIDE_BANK - bins), style),
             )
     return Group(text(bank_headline(hearing, seen), "bold"), rows)
 
@@ -148,8 +149,8 @@ def bank_headline(hearing: Hearing, seen: Watching) -> str:
     if seen.accused:
         last = seen.accused[-1]
         since = hearing.boot_s - last.onset
-        sure = f"{100 * last.confidence:.0f} % sure"
-        found = f"ACCUSED: {last.component}, it began {since:.0f} s ago ({sure})"
+        sure = f"{hundredths(last.confidence)} % sure"
+        found = f"ACCUSED: {last.words}, {sure}, it began {since:.0f} s ago"
     elif seen.learned is not None:
         found = "nobody accused"
     else:

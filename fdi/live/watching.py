@@ -31,16 +31,19 @@ from fdi.decision.bounds import Told, held_against, told_by
 from fdi.decision.judging import judge
 from fdi.decision.recipes import PredictedSpread
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.plain import alarm_sentences
 from fdi.errors import UsageError
 from fdi.live.hearing import Hearing
 from fdi.live.window import Parameters, Window, as_of, since_boot
 from fdi.methods.columns import with_columns
 from fdi.methods.table import methods_of
+from fdi.model.naming import component_words
 from fdi.residuals import Residuals
 from fdi.residuals.latency import with_lags
 from fdi.telemetry import Flight, Log
 from fdi.telemetry.airtime import in_air
 from fdi.telemetry.message import Floats
+from fdi.units import hundredths
 from fdi.windows import runs_of
 
 FIRST_S: Final = 300.0
@@ -69,9 +72,10 @@ class TestAlarm(NamedTuple):
 
 
 class Accused(NamedTuple):
-    """An accused component: since when, s since boot; when it was told; 0..1."""
+    """An accused component, in a person's words too: since when, s since boot; when told; 0..1."""
 
     component: str
+    words: str
     onset: float
     told: float
     confidence: float
@@ -100,6 +104,8 @@ class Watching:
     learned: Learned | None = None
     alarms: Alarms | None = None
     offset: float = 0.0
+    says: tuple[str, ...] = ()
+    """What an alarm of each test means, in the order of the bank."""
     known: list[TestAlarm] = field(default_factory=list)
     accused: list[Accused] = field(default_factory=list)
     waits_for: str = "a vehicle"
@@ -172,6 +178,7 @@ class Watching:
         begin += base
         self._last.beginning = self._first.between(begin - EDGE_S, begin + LEARNED_S)
         self.learned = Learned(chain, told, alarms.scale, log.flights[-1], base)
+        self.says = alarm_sentences(chain.bank)
         self._first.clear()
         count = len(chain.bank.generators)
         text = f"watching {count} tests of the model {chain.airframe.name}"
@@ -218,10 +225,9 @@ class Watching:
         edge = float(t[0]) + EDGE_S
         for one in _runs(alarms.alarm, t):
             if one.end >= edge and self._is_new(one):
-                generator = bank.generators[one.row]
                 lines.append(
-                    f"in alarm: {generator.id} ({bank.describe(generator)}) since {one.start:.1f} "
-                    f"s since boot, told {now - one.start:.1f} s later"
+                    f"in alarm: {self.says[one.row]} ({bank.generators[one.row].id}), "
+                    f"{_moment(one.start, now)}"
                 )
         if any(one.end >= now - _STALE_S for one in self.known):
             lines += self._accuse(alarms, now, offset)
@@ -243,12 +249,16 @@ class Watching:
             if one.component in (other.component for other in self.accused):
                 continue
             onset = one.onset + offset
-            self.accused.append(Accused(one.component, onset, now, one.confidence))
-            lines.append(
-                f"ACCUSED: {one.component} since {onset:.1f} s since boot, told "
-                f"{now - onset:.1f} s later ({100 * one.confidence:.0f} % sure)"
-            )
+            words = component_words(one.component, alarms.residuals.bank.system.components)
+            self.accused.append(Accused(one.component, words, onset, now, one.confidence))
+            sure = f"{hundredths(one.confidence)} % sure"
+            lines.append(f"ACCUSED: {words}, {sure}, {_moment(onset, now)}")
         return lines
+
+
+def _moment(since: float, now: float) -> str:
+    """Return when something began, s since boot, and how much later it is told."""
+    return f"from {since:.1f} s since boot on, told {now - since:.1f} s later"
 
 
 def _moved(flight: Flight, by: float, end: float) -> Flight:

@@ -104,9 +104,8 @@ def as_of(log: Log, vehicle: str, parameters: Mapping[str, float], frame: str) -
     own = {key: one for key, one in log.messages.items() if key not in (MOTORS, *ROTORS)}
     own = with_outputs(own, parameters, log.autopilot, vehicle)
     own = with_motors(own, parameters, log.autopilot, vehicle)
-    return replace(
-        log, vehicle=vehicle, parameters=parameters, frame=frame, messages=own, _cache={}
-    )
+    known = replace(log, vehicle=vehicle, parameters=parameters, frame=frame, messages=own)
+    return known.believing()
 
 
 def since_boot(log: Log) -> float:

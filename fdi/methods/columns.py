@@ -51,10 +51,11 @@ class Method:
         Of the method and of the message that holds its columns.
     make : callable
         Gives the columns of a log or, in words that follow the method's name, why there are none.
+        None: nobody expects any of such a log.
     """
 
     name: str
-    make: Callable[[Log], Columns | str]
+    make: Callable[[Log], Columns | str | None]
 
 
 def with_columns(log: Log, methods: Iterable[Method]) -> tuple[Log, tuple[str, ...]]:
@@ -74,7 +75,7 @@ def with_columns(log: Log, methods: Iterable[Method]) -> tuple[Log, tuple[str, .
         made = taken if is_taken else method.make(log)
         if isinstance(made, str):
             silent.append(f"the method {method.name} is not weighed: {made}")
-        else:
+        elif made is not None:
             log = log.with_message(_message(method.name, made))
     return log, tuple(silent)
 

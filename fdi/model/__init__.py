@@ -8,7 +8,8 @@ YAML -> ``Airframe``; ``Airframe`` + ``Log`` -> ``System``.
 - ``load.py``, ``yaml.py``, ``columns.py``, ``repeat.py``, ``schema.py``, ``definitions.py``: from
   files to definitions
 - ``cache.py``, ``codec.py``: an assembled airframe on disk
-- ``assemble.py``: from definitions to an airframe, all problems reported together
+- ``assemble.py``: from definitions to an airframe, all problems reported together;
+  ``members.py``: its components, and names that look like a slip
 - ``airframe.py``, ``parts.py``: the values
 - ``expression.py``, ``evaluate.py``, ``calculus.py``: the language of equations; ``records.py``:
   what a measured field did over a while

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
-from fdi.model.dimensions import Dimension, dimension, dimension_of, quantity, spell
+from fdi.model.dimensions import Dimension, dimension, dimension_of, misfit, quantity, spell
 from fdi.model.expression import (
     OVER_A_WHILE,
     OVER_RECORDS,
@@ -28,14 +28,13 @@ from fdi.model.expression import (
     parse,
     parse_equation,
     symbols,
-    to_text,
     walk,
 )
+from fdi.model.members import members, slips
 from fdi.model.parts import (
     RESERVED,
     STATES,
     Amount,
-    Component,
     Equation,
     Kind,
     Measurement,
@@ -161,7 +160,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         name=main.name,
         description=main.description,
         vehicles=tuple(main.vehicles),
-        components=_components(draft, equations, measurements),
+        components=members(found, equations, measurements),
         variables=variables,
         parameters=parameters,
         equations=tuple(equations),
@@ -169,7 +168,7 @@ def assemble(main: AirframeFile, found: Definitions) -> Airframe:
         sha256=found.digest.hexdigest(),
         units=_units(variables),
         files=tuple(found.files),
-        warnings=tuple(found.warnings),
+        warnings=(*found.warnings, *slips(found)),
     )
 
 
@@ -379,8 +378,7 @@ def _applies(node: Expression, operator: str) -> TypeGuard[Apply]:
 def _check_units(left: Expression, right: Expression, draft: _Draft) -> Dimension:
     sides = [dimension_of(side, draft.units) for side in (left, right)]
     if sides[0] and sides[1] and not sides[0].fits(sides[1]):
-        texts = f"{to_text(left)} ({sides[0].text}) does not fit {to_text(right)}"
-        raise ModelError(f"unit mismatch: {texts} ({sides[1].text})")
+        raise ModelError(f"unit mismatch: {misfit(left, sides[0], right, sides[1])}")
     return sides[0] or sides[1] or Dimension(1.0, (), "1")
 
 
@@ -573,25 +571,3 @@ def _all(conditions: list[Expression]) -> Expression | None:
     if len(conditions) < 2:
         return conditions[0] if conditions else None
     return Apply("and", tuple(conditions))
-
-
-def _components(
-    draft: _Draft, equations: list[Equation], measurements: list[Measurement]
-) -> dict[str, Component]:
-    listed = {
-        name: Component(
-            name,
-            d.entry.group,
-            d.entry.description,
-            tuple(d.entry.affects),
-            d.entry.computed,
-            d.entry.name or "",
-            ends_log=d.entry.ends_log,
-        )
-        for name, d in draft.items("components")
-    }
-    named = [e.component for e in equations if e.component] + [m.component for m in measurements]
-    named += [name for equation in equations for name in equation.suspects]
-    for name in named:
-        listed.setdefault(name, Component(name))
-    return listed

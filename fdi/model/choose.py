@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Final
 
 from fdi.errors import ModelError
-from fdi.model.load import find_model, shipped_models
+from fdi.model.airframe import Airframe
+from fdi.model.load import find_model, load_airframe, shipped_models
 from fdi.telemetry import Log
 
 VEHICLES: Final = re.compile(r"^vehicles: *\[([a-z0-9, ]*)\] *(?:#.*)?$", re.MULTILINE)
@@ -53,6 +54,12 @@ def is_general(name: str) -> bool:
 def made_for(name: str) -> tuple[str, ...]:
     """Return the vehicle types that a shipped model is made for; none for other models."""
     return vehicles_of(find_model(name)) if name in shipped_models() else ()
+
+
+def is_shipped(airframe: Airframe) -> bool:
+    """Return whether a model is a shipped one, unchanged: what the weights were fitted with."""
+    name = airframe.name
+    return name in shipped_models() and load_airframe(name).sha256 == airframe.sha256
 
 
 def vehicles_of(path: Path) -> tuple[str, ...]:

@@ -48,7 +48,8 @@ class Definitions:
 
     ``folder`` is that of the first file, ``files`` is what was read, ``rows`` are those of a file's
     ``for``, and ``taken`` those of the file that includes it, where it takes columns from there.
-    ``functions`` are those that Python handed over, ``warnings`` what a person should know of it.
+    ``functions`` are those that Python handed over, ``warnings`` what a person should know of it,
+    ``strangers`` how many of the problems are unknown keys, beside which all else can be looked at.
     """
 
     folder: Path
@@ -56,6 +57,7 @@ class Definitions:
         default_factory=lambda: {section: {} for section in SECTIONS}
     )
     problems: list[str] = field(default_factory=list)
+    strangers: int = 0
     warnings: list[str] = field(default_factory=list)
     digest: Any = field(default_factory=hashlib.sha256)
     looked: dict[Path, tuple[Path, str] | None] = field(default_factory=dict)

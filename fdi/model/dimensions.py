@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import isclose, pi
+from math import isclose
 from typing import Any, Final
 
 from fdi.errors import ModelError
@@ -26,8 +26,10 @@ from fdi.model.expression import (
     Symbol,
     is_logical,
     to_text,
+    walk,
 )
 from fdi.model.given import Given
+from fdi.units import DEG
 
 _NAME = r"[A-Za-z_%]+(?:(?:\^|\*\*)-?\d)?"
 UNIT: Final = re.compile(rf"(?:1/)?{_NAME}(?:[ */]{_NAME}){{0,5}}\Z")
@@ -58,7 +60,7 @@ def _made_of(factor: float = 1.0, **exponents: float) -> Dimension:
 SYMBOLS_READ: Final = {
     "1": NUMBER,
     "rad": NUMBER,
-    "deg": _made_of(pi / 180),
+    "deg": _made_of(DEG),
     "m": _made_of(meter=1.0),
     "km": _made_of(1000.0, meter=1.0),
     "s": _made_of(second=1.0),
@@ -227,49 +229,87 @@ def _common(arguments: tuple[Expression, ...], inner: list[Dimension | None]) ->
         if own is None:
             continue
         if found and not found[1].fits(own):
-            left, right = to_text(found[0]), to_text(argument)
-            raise ModelError(f"{left} ({found[1].text}) does not fit {right} ({own.text})")
+            raise ModelError(misfit(*found, argument, own))
         found = found or (argument, own)
     return found[1] if found else None
 
 
+def misfit(left: Expression, own: Dimension, right: Expression, other: Dimension) -> str:
+    """Return that two sides do not fit, with their units, and what may be meant."""
+    said = f"{to_text(left)} ({own.text}) does not fit {to_text(right)} ({other.text})"
+    if own.exponents == other.exponents:
+        common = _spell(own.exponents)
+        turned = own.factor / other.factor
+        if isclose(turned, DEG) or isclose(turned, 1 / DEG):
+            angle = f"rad{common[1:]}" if common.startswith("1/") else "angles in rad"
+            angle = angle if own.exponents else "rad"
+            return f"{said}; degrees are not converted inside equations: state {angle}"
+        return f"{said}; units are not converted inside equations: state both in {common}"
+    bare = next(filter(None, map(_bare_factor, (left, right))), None)
+    if bare is None:
+        return said
+    return f"{said}; the factor {bare} has no unit: one with a unit is a parameter of its own"
+
+
+def _bare_factor(expression: Expression) -> str | None:
+    """Return a number that stands in a product or a quotient, None without one."""
+    for node in walk(expression):
+        if isinstance(node, Apply) and node.operator in ("*", "/"):
+            for argument in node.arguments:
+                if isinstance(argument, Number):
+                    return to_text(argument)
+    return None
+
+
 def _product(left: Dimension, right: Dimension, sign: int) -> Dimension:
+    if left.exponents and right.fits(NUMBER):
+        return left  # as it is written
+    if right.exponents and sign > 0 and left.fits(NUMBER):
+        return right
     exponents = dict(left.exponents)
     for name, exponent in right.exponents:
         exponents[name] = exponents.get(name, 0.0) + sign * exponent
     kept = tuple(sorted((name, e) for name, e in exponents.items() if abs(e) > 1e-12))
-    return Dimension(left.factor * right.factor**sign, kept, _spell(kept))
+    return _composed(left.factor * right.factor**sign, kept)
 
 
 def _power(base: Dimension | None, exponent: float) -> Dimension | None:
     if base is None:
         return None
     exponents = tuple((name, e * exponent) for name, e in base.exponents)
-    return Dimension(base.factor**exponent, exponents, _spell(exponents))
+    return _composed(base.factor**exponent, exponents)
 
 
-def _spell(exponents: Exponents) -> str:
-    return " ".join(f"{name}^{e:g}" for name, e in exponents) or "a number"
+def _composed(factor: float, exponents: Exponents) -> Dimension:
+    """Return a unit that nobody has written."""
+    spelled = _spell(exponents)
+    return Dimension(
+        factor, exponents, spelled if isclose(factor, 1.0) else f"{factor:.3g}{_TIMES}{spelled}"
+    )
 
 
+_TIMES: Final = " times "
 SYMBOLS: Final = {"meter": "m", "second": "s", "kilogram": "kg", "ampere": "A", "kelvin": "K"}
 
 
-def spell(unit: Dimension) -> str:
-    """Return a unit as a person writes it: as the model does, or by its SI symbols.
+def _spell(exponents: Exponents) -> str:
+    """Return SI base units as a person writes them.
 
     Examples
     --------
-    >>> spell(Dimension(1.0, (("meter", 1.0), ("second", -2.0)), "meter^1 second^-2"))
-    'm/s^2'
+    >>> _spell((("meter", 1.0), ("second", -2.0))), _spell((("second", -1.0),)), _spell(())
+    ('m/s^2', '1/s', 'a number')
     """
-    if "^" not in unit.text or not any(name in unit.text for name in SYMBOLS):
-        return "" if unit.text == NUMBER.text else unit.text
-    if unit.factor != 1.0:
-        return ""
-    over = [_symbol(name, e) for name, e in unit.exponents if e > 0]
-    under = [_symbol(name, -e) for name, e in unit.exponents if e < 0]
+    if not exponents:
+        return NUMBER.text
+    over = [_symbol(name, e) for name, e in exponents if e > 0]
+    under = [_symbol(name, -e) for name, e in exponents if e < 0]
     return (" ".join(over) or "1") + "".join(f"/{part}" for part in under)
+
+
+def spell(unit: Dimension) -> str:
+    """Return a unit to show: as the model has it, or by SI symbols; "" where there is none."""
+    return "" if unit.text == NUMBER.text or _TIMES in unit.text else unit.text
 
 
 def _symbol(name: str, exponent: float) -> str:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fdi.model.expression import Apply, Expression, Number, Symbol, Text
 from fdi.model.given import Given
-from fdi.model.records import change, integral, noise, recent, sampled, span, still
+from fdi.model.records import change, integral, kept, noise, recent, sampled, span, still
 from fdi.telemetry.signals import TIME
 
 Floats = NDArray[np.float64]
@@ -167,6 +167,7 @@ _OF_A_WHILE: Final[Mapping[str, Callable[[Column, Column, float], Floats]]] = {
     "integral": integral,
     "span": span,
     "noise": noise,
+    "kept": kept,
     "sampled": sampled,
 }
 

@@ -70,17 +70,20 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "integral": (2, 2),
     "span": (2, 2),
     "noise": (2, 2),
+    "kept": (2, 2),
     "sampled": (2, 2),
 }
 """Name of a function and how many arguments it takes, at least and at most."""
 OVER_RECORDS: Final = frozenset(
-    {"still", "recent", "change", "integral", "span", "noise", "sampled"}
+    {"still", "recent", "change", "integral", "span", "noise", "kept", "sampled"}
 )
 """Those whose value at a record depends on the records before: for measured fields only."""
 NOISE: Final = "noise"
+KEPT: Final = "kept"
+"""The one that is known after the records that it was made of, too."""
 SAMPLED: Final = "sampled"
 """The one that tells an accuracy: for what is reported."""
-OVER_A_WHILE: Final = frozenset({"change", "integral", "span", NOISE, SAMPLED})
+OVER_A_WHILE: Final = frozenset({"change", "integral", "span", NOISE, KEPT, SAMPLED})
 """Those of them that take a number of seconds: for ``FIELD:over`` only."""
 OVER_TIME: Final = OVER_RECORDS | {"der", "slope"}
 """Functions whose value at a moment depends on other moments."""

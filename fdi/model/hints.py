@@ -9,6 +9,7 @@ works for any model. The settings are data: ``telemetry/data/logging.json``, wit
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Final
 
@@ -21,14 +22,46 @@ from fdi.model.system import System, SystemEquation
 from fdi.structure import decompose, submodel
 from fdi.telemetry import Log
 from fdi.telemetry.catalogue import data_table, recorded_message
+from fdi.telemetry.dialect import definition_by_name
+
+
+@dataclass(frozen=True, slots=True)
+class Hint:
+    """The telemetry that would test a component.
+
+    Attributes
+    ----------
+    what : str
+        The messages, with the rate that is needed.
+    how : str
+        The autopilot's settings that record them, "" for unknown.
+    now : str
+        How often they come in this log, "" where they do not come at all.
+    """
+
+    what: str
+    how: str = ""
+    now: str = ""
+
+    @property
+    def wanted(self) -> str:
+        """Return what to record, and how."""
+        return f"{self.what} ({self.how})" if self.how else self.what
+
+    def __str__(self) -> str:
+        how = f" ({self.how})" if self.how else ""
+        return f"{self.what} would test it{how}{f'; {self.now}' if self.now else ''}"
+
 
 _STEP: Final = "step"
 """In a condition: the statement needs samples often enough."""
 _MAPPED: Final = {"dataflash": "mavlink_dataflash", "ulog": "mavlink_ulog"}
 
 
-def would_test(component: str, airframe: Airframe, log: Log, system: System | None = None) -> str:
-    """Return which telemetry would test a component that this log does not show, "" for none.
+def would_test(
+    component: str, airframe: Airframe, log: Log, system: System | None = None
+) -> Hint | None:
+    """Return which telemetry would test a component that this log does not show, None for none.
 
     Messages of the component itself come first; where none does alone, a smallest choice of them.
 
@@ -52,7 +85,7 @@ def would_test(component: str, airframe: Airframe, log: Log, system: System | No
     wanted = [source for source in _lacking(component, airframe, log) if recorded_as(source, log)]
     told = {e.component for e in airframe.equations} | {m.component for m in airframe.measurements}
     if component not in told:  # no telemetry helps where the model states nothing
-        return ""
+        return None
     left_out = {str(copy.channel) for copy in system.copies} | set(system.implied)
 
     def tested(sources: Collection[str]) -> bool:
@@ -62,13 +95,13 @@ def would_test(component: str, airframe: Airframe, log: Log, system: System | No
 
     alone = next((source for source in wanted if tested([source])), None)
     if alone is not None:
-        return _sentence([alone], log)
+        return _hint([alone], log)
     if not tested(wanted):
-        return ""
+        return None
     for source in reversed(wanted):
         without = [other for other in wanted if other != source]
         wanted = without if tested(without) else wanted
-    return _sentence(wanted, log)
+    return _hint(wanted, log)
 
 
 def recorded_as(source: str, log: Log) -> str:
@@ -85,7 +118,7 @@ def recorded_as(source: str, log: Log) -> str:
         return source if own else ""
     if log.autopilot == "px4":
         return str(data_table("logging")["px4_streams"].get(source, ""))
-    return source
+    return source if definition_by_name(source.partition("[")[0]) else ""
 
 
 def is_lacking(source: str, log: Log) -> bool:
@@ -119,15 +152,14 @@ def setting_of(source: str, log: Log) -> str:
     return f"{'MAVn' if renamed else 'SRn'}_{stream}" if stream else ""
 
 
-def _sentence(sources: Sequence[str], log: Log) -> str:
+def _hint(sources: Sequence[str], log: Log) -> Hint:
     """Return messages with the rate that is needed, and their settings."""
     table = data_table("logging")
     names = list(dict.fromkeys(recorded_as(source, log) for source in sources))
     settings = dict.fromkeys(s for s in (setting_of(source, log) for source in sources) if s)
     slow = all(source in table["slow"] for source in sources)
     rate = "" if slow else f" at {table['rate_hz']:g} Hz or more"
-    how = f" ({'; '.join(settings)})" if settings else ""
-    return f"{_listed(names)}{rate} would test it{how}"
+    return Hint(f"{_listed(names)}{rate}", "; ".join(settings))
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -156,7 +188,7 @@ def _lacking(component: str, airframe: Airframe, log: Log) -> list[str]:
     return list(dict.fromkeys(chain(own, (m.channel.source for m in absent))))
 
 
-def _more_often(component: str, system: System, log: Log) -> str:
+def _more_often(component: str, system: System, log: Log) -> Hint | None:
     """Return which messages come too seldom for what the tests of a component need."""
     longest = 1.0 / data_table("logging")["least_hz"]
     found: dict[str, float] = {}
@@ -166,9 +198,9 @@ def _more_often(component: str, system: System, log: Log) -> str:
         if period > longest:
             found[source] = 1.0 / period
     if not found:
-        return ""
+        return None
     now = "it comes at" if len(found) == 1 else "the slowest comes at"
-    return f"{_sentence(list(found), log)}; {now} {min(found.values()):.1f} Hz"
+    return replace(_hint(list(found), log), now=f"{now} {min(found.values()):.1f} Hz")
 
 
 def _needed(component: str, system: System) -> Iterable[str]:

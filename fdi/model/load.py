@@ -11,7 +11,11 @@ it may also remove some. A statement that takes the place of one that was not re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
+from difflib import get_close_matches
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -84,11 +88,11 @@ def load_airframe(name: str | Path, functions: Mapping[str, Function] | None = N
         return kept
     found = Definitions(path.parent, functions=named(functions or {}, FUNCTIONS))
     main = _read(path, path.name, found)
-    if found.problems or main is None:
+    if main is None or len(found.problems) > found.strangers:
         raise ModelError.of(found.problems)
     from fdi.model.assemble import assemble
 
-    airframe = assemble(main, found)
+    airframe = assemble(main, found)  # which tells unknown keys with whatever else is wrong
     if not functions:  # code is not kept in a file
         remember(path, models_folder(), found.looked, airframe)
     return airframe
@@ -159,6 +163,7 @@ def _names(found: Definitions) -> set[tuple[str, str]]:
 
 
 def _check_shape(document: Document, found: Definitions) -> AirframeFile | None:
+    """Return what a file says; with unknown keys, what it says beside them."""
     from pydantic import ValidationError
 
     from fdi.model.schema import AirframeFile
@@ -166,12 +171,49 @@ def _check_shape(document: Document, found: Definitions) -> AirframeFile | None:
     try:
         return AirframeFile.model_validate(document.tree)
     except ValidationError as error:
-        for item in error.errors(include_url=False):
-            place = tuple(part for part in item["loc"] if part != "[key]")
-            text = "unknown key" if item["type"] == "extra_forbidden" else item["msg"]
-            spelled = ".".join(str(part) for part in place)
-            found.problems.append(f"{document.name}:{document.line(place)}: {spelled}: {text}")
+        items = error.errors(include_url=False)
+    strangers = []
+    for item in items:
+        place = tuple(part for part in item["loc"] if part != "[key]")
+        is_strange = item["type"] == "extra_forbidden"
+        text = f"unknown key{_known_keys(place)}" if is_strange else item["msg"]
+        spelled = ".".join(str(part) for part in place)
+        found.problems.append(f"{document.name}:{document.line(place)}: {spelled}: {text}")
+        strangers += [place] * is_strange
+    if len(strangers) < len(items):
         return None
+    found.strangers += len(strangers)
+    return AirframeFile.model_validate(_without(document.tree, strangers))
+
+
+def _known_keys(place: Place) -> str:
+    """Return the keys that are known beside an unknown one, and which of them may be meant."""
+    from fdi.model.schema import AirframeFile
+
+    schema: Mapping[str, Any] = AirframeFile.model_json_schema()
+
+    def inside(node: Mapping[str, Any], part: str | int) -> Mapping[str, Any]:
+        inner: Mapping[str, Any] = node.get("properties", {}).get(part) or next(
+            (node[way] for way in ("additionalProperties", "items") if way in node),
+            next(iter(node.get("patternProperties", {}).values()), {}),
+        )
+        for one in (inner, *inner.get("anyOf", ())):
+            if "$ref" in one:
+                inner = schema["$defs"][one["$ref"].rpartition("/")[2]]
+        return inner
+
+    keys = sorted(reduce(inside, place[:-1], schema).get("properties", ()))
+    near = get_close_matches(str(place[-1]), keys, 1)
+    meant = f", did you mean {near[0]!r}?" if near else ""
+    return f"{meant}{'; known are ' * bool(keys)}{', '.join(keys)}"
+
+
+def _without(tree: Mapping[str, Any], places: Iterable[Place]) -> Any:
+    """Return a tree without the keys at some places."""
+    copy: Any = deepcopy(tree)
+    for *above, key in places:
+        del reduce(getitem, above, copy)[key]
+    return copy
 
 
 def _follow(

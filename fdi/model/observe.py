@@ -23,6 +23,7 @@ from fdi.model.calculus import isolate
 from fdi.model.dimensions import Dimension, dimension
 from fdi.model.evaluate import evaluate, holds
 from fdi.model.expression import (
+    KEPT,
     OVER_A_WHILE,
     Apply,
     Expression,
@@ -280,7 +281,8 @@ def request_of(
     """Return what to ask of a log for a measurement."""
     constants = {name: Number(value.value) for name, value in parameters.items()}
     value, when, reported = measurement.value, measurement.when, measurement.reported
-    over = value is not None and any(_is_over(node) for node in walk(value))
+    operators = {n.operator for n in walk(value) if isinstance(n, Apply)} if value else set()
+    over = bool(operators & OVER_A_WHILE)
     return Request(
         channel=measurement.channel,
         fields=fields_of(measurement, parameters),
@@ -295,12 +297,9 @@ def request_of(
         reported=None if reported is None else _compute(substitute(reported, constants)),
         told=() if reported is None else _names(reported, parameters),
         over=over,
+        kept=KEPT in operators,
         paces=not (over or measurement.silence or measurement.made_by),
     )
-
-
-def _is_over(node: Expression) -> bool:
-    return isinstance(node, Apply) and node.operator in OVER_A_WHILE
 
 
 def _compute(expression: Expression) -> Callable[[Mapping[str, NDArray[Any]]], NDArray[Any]]:

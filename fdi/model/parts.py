@@ -24,6 +24,7 @@ STATES: Final = frozenset(
         "controls_height",
         "wing_borne",
         "rotor_borne",
+        "standing",
         "step",
     }
 )
@@ -79,7 +80,9 @@ class Component:
     ``affects`` names components that its failure disturbs. A ``computed`` one has no parts that
     break: what it says follows from others, which are asked first. ``title`` is what a person calls
     it, ``place`` where on the airframe it sits, as far as a log tells. What ``ends_log`` takes the
-    recorder with it: a log that ends in the air cannot speak for it.
+    recorder with it: a log that ends in the air cannot speak for it. What ``records`` makes the
+    log: its failure is a gap of the recording, and by itself none of the vehicle. ``part_of`` names
+    the component of which it is one part: who accuses both means the part.
     """
 
     name: str
@@ -90,6 +93,8 @@ class Component:
     title: str = ""
     place: str = ""
     ends_log: bool = False
+    records: bool = False
+    part_of: str = ""
 
 
 @dataclass(frozen=True, slots=True)

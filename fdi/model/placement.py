@@ -24,7 +24,6 @@ from fdi.structure.additions import Counts, Reach, gained, minimal_additions, re
 from fdi.structure.cheapest import cheapest_additions
 from fdi.structure.placement import cheapest_sensors, sensor_gains
 from fdi.telemetry import Log
-from fdi.telemetry.catalogue import recorded_message
 
 LIMIT = 2000
 """Choices of messages that are looked at before the smallest sets are given up."""
@@ -104,20 +103,24 @@ def _ordered(gains: Iterable[Gain]) -> tuple[Gain, ...]:
 def _messages(airframe: Airframe, log: Log) -> Placement:
     # what a method makes, nobody can record
     told = (m for m in airframe.measurements if not m.made_by)
-    sources = dict.fromkeys(str(m.channel.source) for m in told)
-    candidates = tuple(s for s in sources if is_lacking(s, log) and recorded_as(s, log))
+    makes: dict[str, list[str]] = {}  # a recorded message, and what the model reads of it
+    for source in dict.fromkeys(str(m.channel.source) for m in told):
+        name = recorded_as(source, log)
+        if name and is_lacking(source, log):
+            makes.setdefault(name, []).append(source)
+    candidates = tuple(makes)
 
     @cache
     def extended(counts: Counts) -> Model:
-        return observed(source for source, n in zip(candidates, counts, strict=True) if n)
+        return observed(name for name, n in zip(candidates, counts, strict=True) if n)
 
-    def observed(also: Iterable[str]) -> Model:
-        return airframe.observe(log, also=frozenset(also)).structure(trusting=False)
+    def observed(names: Iterable[str]) -> Model:
+        also = frozenset(source for name in names for source in makes[name])
+        return airframe.observe(log, also=also).structure(trusting=False)
 
     before = reach(observed(()))
-    names = {source: recorded_message(source) for source in candidates}
     each = (
-        Gain(names[name], *gained(before, reach(observed([name]))), setting_of(name, log))
+        Gain(name, *gained(before, reach(observed([name]))), setting_of(makes[name][0], log))
         for name in candidates
     )
     gains = _ordered(gain for gain in each if gain.detectable or gain.isolable)
@@ -130,7 +133,7 @@ def _messages(airframe: Airframe, log: Log) -> Placement:
     except UsageError:  # too many: one of the smallest
         one = cheapest_additions(extended, most, (1.0,) * len(most), wanted, seconds=SECONDS)
         if not one.proven:
-            return Placement("message", tuple(names.values()), gains, None)
+            return Placement("message", candidates, gains, None)
         found = one.choices[:1]
-    sets = (tuple(s for s, n in zip(names.values(), counts, strict=True) if n) for counts in found)
-    return Placement("message", tuple(names.values()), gains, tuple(sets))
+    sets = (tuple(s for s, n in zip(candidates, counts, strict=True) if n) for counts in found)
+    return Placement("message", candidates, gains, tuple(sets))

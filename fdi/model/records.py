@@ -105,6 +105,24 @@ def integral(t: Column, values: Column, seconds: float) -> Floats:
     return found
 
 
+def kept(t: Column, values: Column, seconds: float) -> Floats:
+    """Return the mean over the last so many seconds of known records, for as long as none follow.
+
+    Unknown until there have been so many seconds without a gap.
+
+    Examples
+    --------
+    >>> kept(np.arange(5.0), np.array([1.0, 3.0, 5.0, np.nan, np.nan]), 2.0).tolist()
+    [nan, nan, 3.0, 3.0, 3.0]
+    """
+    order = np.argsort(t, kind="stable")
+    mean = integral(t, values, seconds)[order] / seconds
+    rows = np.where(np.isfinite(mean), np.arange(len(t)), 0)
+    found = np.empty(len(t))
+    found[order] = mean[np.maximum.accumulate(rows)]
+    return found
+
+
 def sampled(t: Column, values: Column, seconds: float) -> Floats:
     """Return how well a mean over the last seconds is known from these records, one sigma.
 

@@ -68,6 +68,8 @@ class ComponentEntry(_Entry):
     affects: list[Name] = []
     computed: bool = False
     ends_log: bool = False
+    records: bool = False
+    part_of: Name | None = None
 
 
 class VariableEntry(_Entry):

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from fdi.model.expression import Expression, differential, regressed
+from fdi.model.expression import Expression, differential, regressed, symbols
 from fdi.model.parts import Amount, Component, Kind, Measurement, Side, Variable, read_by
 from fdi.shown import Shown
 from fdi.structure import Fault as StructuralFault
@@ -19,6 +19,8 @@ from fdi.telemetry import Copy, Request
 
 EdgeKind = Literal["solvable", "fixed", "derivative", "integral"]
 DIFFERENTIAL: Final = ("derivative", "integral")
+IN_AIR: Final = frozenset({"airborne", "wing_borne", "rotor_borne", "phase"})
+"""The flight state that tells whether a vehicle flies, and what carries it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,16 @@ class SystemEquation:
     amounts: tuple[Amount, ...] = ()
     measurement: Measurement | None = None
     text: str = ""
+
+    @property
+    def way(self) -> int:
+        """Return the sign of a residual that violates it, 0 where either does.
+
+        A residual is the right side less the left one, so what exceeds a limit is below zero.
+        """
+        if self.kind is Kind.LIMIT:
+            return -1
+        return {"above": -1, "below": 1}.get(self.side, 0)
 
     @property
     def differential(self) -> tuple[str, str] | None:
@@ -177,6 +189,17 @@ class System(Shown):
             for number, equation in enumerate(self.equations)
             if equation.kind is Kind.INPUT and equation.measurement
         }
+
+    @property
+    def flies(self) -> bool:
+        """Return whether a statement of the model asks how the vehicle flies.
+
+        Where none does, the model is of what drives or swims. That a channel stands still is asked
+        in the air only, of any vehicle.
+        """
+        own = [e.when for e in self.equations if not e.elapsed]
+        own += [e.measurement.when for e in self.equations if e.measurement]
+        return any(not IN_AIR.isdisjoint(symbols(when)) for when in own if when is not None)
 
     def structure(self, *, limits: bool = True, trusting: bool = True) -> Model:
         """Return the incidence of the system, as pure structure.

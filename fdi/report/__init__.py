@@ -19,7 +19,8 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``model_gain.py``, ``model_gain_text.py``: what a model shows beyond an older one
 - ``estimator_text.py``, ``estimator_figures.py``, ``estimator_document.py``: what
   ``fdi estimator`` tells; ``estimator_files.py``: the files of its folder
-- ``check_text.py``, ``check_document.py``: what ``fdi check`` tells
+- ``check_text.py``, ``check_document.py``: what ``fdi check`` tells; ``stood_out.py``: what of that
+  and of the flight stands beside an answer; ``advice_text.py``: what to do next
 - ``observer_text.py``, ``observer_figures.py``, ``observer_document.py``: what ``fdi observe``
   tells; ``observer_files.py``: the files of its folder
 - ``heading_text.py``, ``heading_figures.py``, ``heading_document.py``: what ``fdi heading`` tells;

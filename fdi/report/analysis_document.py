@@ -16,8 +16,10 @@ import numpy as np
 from fdi.diagnosis import Ending, Finding, Size, runs
 from fdi.model import System
 from fdi.model.system import Estimate, ParameterValue
+from fdi.report.advice_text import advice_rows, first_advice
+from fdi.report.check_document import check_rows
 from fdi.report.json_text import number
-from fdi.report.log_document import log_facts, moment, quality_rows
+from fdi.report.log_document import input_rows, log_facts, moment, quality_rows
 from fdi.report.methods_document import methods_document
 from fdi.report.model_document import isolability_rows, model_files
 from fdi.residuals.accuracy import Told, reported_accuracies
@@ -25,6 +27,7 @@ from fdi.residuals.departed import departed
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
 from fdi.telemetry import Log, hardware_of
+from fdi.telemetry.ordered import order_words
 
 SCHEMA_VERSION: Final = 1
 # Reading (pymavlink's dialect, numba's walks), models, equations, the Earth's field, the tables.
@@ -61,6 +64,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "threshold_scale": number(analysis.alarms.scale),
         },
         "hardware": _hardware(analysis.log),
+        "inputs": input_rows(analysis.log),
         "quality": quality_rows(analysis.log),
         "copies": _copies(analysis.system),
         "latencies": [_latency(lag) for lag in analysis.lags],
@@ -69,6 +73,11 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         ],
         "structure": _structure(analysis),
         **_told(analysis),
+        "stood_out": [
+            {"about": fact.about, "text": fact.text, "is_wrong": fact.is_wrong}
+            for fact in analysis.stood_out
+        ],
+        "setup": check_rows(analysis.setup),
         "fault_grid": _grid(analysis),
         "residuals": _residuals(analysis),
         "methods": methods_document(analysis),
@@ -83,6 +92,7 @@ def _told(analysis: Analysis) -> dict[str, Any]:
     return {
         "verdict": diagnosis.verdict,
         "outlook": diagnosis.outlook,
+        "advice": advice_rows(first_advice(analysis)),
         "findings": [_finding(finding, analysis) for finding in diagnosis.findings],
         "consequences": [
             {
@@ -100,7 +110,12 @@ def _told(analysis: Analysis) -> dict[str, Any]:
                 "text": item.text,
                 "residuals": list(item.residuals),
                 "would_show": [
-                    {"fault": one.fault, "size": number(one.size), "unit": one.unit}
+                    {
+                        "fault": one.fault,
+                        "size": number(one.size),
+                        "unit": one.unit,
+                        "how": one.how,
+                    }
                     for one in item.would_show
                 ],
             }
@@ -118,7 +133,12 @@ def _told(analysis: Analysis) -> dict[str, Any]:
         "departed": _departed(analysis),
         "ends": [_ending(item) for item in diagnosis.endings],
         "not_testable": [
-            {"component": item.component, "text": item.text} for item in diagnosis.not_testable
+            {
+                "component": item.component,
+                "text": item.text,
+                "advice": advice_rows(item.advice),
+            }
+            for item in diagnosis.not_testable
         ],
     }
 
@@ -161,6 +181,11 @@ def _ending(item: Ending) -> dict[str, Any]:
         "first": [
             {"at_s": number(one.at), "kind": one.kind, "text": one.text} for one in item.first
         ],
+        "chain": [
+            {"t_s": number(one.t), "what": one.what, "by": one.by, "text": order_words(one)}
+            for one in end.chain
+        ],
+        "advice": advice_rows(item.advice),
     }
 
 
@@ -271,6 +296,7 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
         "onset": moment(finding.onset, analysis.log),
         "alarm": moment(finding.alarm, analysis.log),
         "end": moment(finding.end, analysis.log),
+        "earlier": _rounded([[start, end] for start, end in finding.earlier]),
         "confidence": number(finding.confidence),
         "inseparable_from": list(finding.inseparable_from),
         "evidence": {
@@ -294,6 +320,7 @@ def _finding(finding: Finding, analysis: Analysis) -> dict[str, Any]:
             for one in finding.others
         ],
         "size": None if finding.size is None else _size(finding.size, analysis.log),
+        "advice": advice_rows(finding.advice),
     }
 
 

@@ -1,8 +1,8 @@
 """What does ``fdi check --json`` say?
 
 In: a log and its `Check`s. Out: plain values: the log, and for each check its name, verdict,
-sentence and numbers. Numbers are finite or null. The JSON Schema is ``check.schema.json`` beside
-this file.
+sentence, numbers and what to do about it. Numbers are finite or null. The JSON Schema is
+``check.schema.json`` beside this file.
 """
 
 from __future__ import annotations
@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from fdi import __version__
+from fdi.diagnosis.advising import about_check
 from fdi.methods.setup import Check
+from fdi.report.advice_text import advice_rows
 from fdi.report.json_text import number
 from fdi.report.log_document import log_facts
 from fdi.telemetry import Log
@@ -26,12 +28,21 @@ def check_document(log: Log, checks: Sequence[Check]) -> dict[str, Any]:
         "tool": {"name": "uav-fdi", "version": __version__},
         "log": log_facts(log),
         "checks": [
-            {
-                "name": check.name,
-                "verdict": check.verdict,
-                "text": check.text,
-                "numbers": {name: number(value) for name, value in check.numbers.items()},
-            }
-            for check in checks
+            row | {"advice": advice_rows(about_check(check, log))}
+            for row, check in zip(check_rows(checks), checks, strict=True)
         ],
     }
+
+
+def check_rows(checks: Sequence[Check]) -> list[dict[str, Any]]:
+    """Return the checks of a set-up as plain values."""
+    return [
+        {
+            "name": check.name,
+            "verdict": check.verdict,
+            "strikes": check.stands_out,
+            "text": check.text,
+            "numbers": {name: number(value) for name, value in check.numbers.items()},
+        }
+        for check in checks
+    ]

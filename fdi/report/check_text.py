@@ -1,7 +1,8 @@
 """What does a terminal say about how a vehicle was set up? The page of ``fdi check``.
 
-In: a log and its `Check`s. Out: parts for a console: one line for each thing that is wrong, then
-what was found in order, then what could not be checked and why.
+In: a log and its `Check`s. Out: parts for a console: what was found in a sentence, one line for
+each thing that is wrong or strikes, with what to do about it, then what is in order, then what
+could not be checked and why, and what would decide it.
 """
 
 from __future__ import annotations
@@ -9,8 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
+from fdi.diagnosis.advising import about_check
 from fdi.methods.setup import Check
+from fdi.report.advice_text import advice_line
 from fdi.report.text import heading, text
+from fdi.report.words import plural
 from fdi.telemetry import Log
 
 if TYPE_CHECKING:
@@ -22,18 +26,36 @@ _REST: Final = (("in order", "In order"), ("not known", "Not checked, or not dec
 def check_summary(log: Log, checks: Sequence[Check]) -> Iterator[RenderableType]:
     """Yield what a terminal shows of a checked set-up."""
     yield text(log.name, "bold")
-    wrong = [check for check in checks if check.verdict == "wrong"]
-    if not wrong:
-        sure = sum(check.verdict == "in order" for check in checks)
-        yield text(
-            f"Nothing was found to be set up wrongly: {sure} checks in order, "
-            f"{len(checks) - sure} not decided."
-        )
-    for check in wrong:
-        yield text(f"{check.name}: {check.text}", "bold")
+    yield text(_summed_up(checks))
+    for check in checks:
+        if check.stands_out:
+            sure = "" if check.verdict == "wrong" else " (not beyond doubt)"
+            yield text(f"{check.name}: {check.text}{sure}", "bold")
+            yield from (text(f"  - {advice_line(one)}") for one in about_check(check, log))
     for verdict, title in _REST:
-        of_it = [check for check in checks if check.verdict == verdict]
+        of_it = [one for one in checks if one.verdict == verdict and not one.stands_out]
         if of_it:
             yield heading(title)
         for check in of_it:
             yield text(f"  {check.name}: {check.text}")
+    open_checks = (one for one in checks if one.verdict == "not known" and not one.stands_out)
+    steps = dict.fromkeys(one.do for check in open_checks for one in about_check(check, log))
+    if steps:
+        yield heading("What would decide it")
+        yield from (text(f"  - {step}") for step in steps)
+
+
+def _summed_up(checks: Sequence[Check]) -> str:
+    """Return in one sentence or two what was found, and what was not decided."""
+    wrong = sum(check.verdict == "wrong" for check in checks)
+    striking = sum(check.stands_out for check in checks) - wrong
+    fine = sum(check.verdict == "in order" for check in checks)
+    left = [one.name for one in checks if one.verdict == "not known" and not one.stands_out]
+    if wrong or striking:
+        counted = [f"{wrong} set up wrongly"] if wrong else []
+        counted += [f"{striking} striking, though not beyond doubt"] if striking else []
+        found = f"Of {plural(len(checks), 'check')}: {' and '.join(counted)}, {fine} in order"
+    else:
+        found = f"Nothing was found to be set up wrongly: {plural(fine, 'check')} in order"
+    open_ = f", {len(left)} not decided ({', '.join(left)})" if left else ", all were decided"
+    return f"{found}{open_}."

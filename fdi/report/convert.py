@@ -2,8 +2,10 @@
 
 In: a log and a folder's path. Out: the folder: ``metadata.json`` (`log_document`, with which file
 holds which message) and one file for each message, as `Message.frame` gives it: a column ``t`` (s
-of the log's clock), every field in SI, text as text, unknown as null. Units stand in the fields'
-metadata, what the log is in the schema's.
+of the log's clock), every field in SI, text as text, unknown as null. A field whose name ends with
+the unit that it was recorded in (``time_boot_ms``, ``TimeUS``, ``discharged_mah``) stays in it: a
+column holds what it is called. Units, as `fdi.units.si` spells them, stand in the fields' metadata,
+what the log is in the schema's.
 
 Names come from a stranger's log: a file name is made of what is harmless in them, and never a path.
 Messages are converted one after the other and forgotten, so that memory holds one at a time.
@@ -17,15 +19,21 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from fdi import __version__
 from fdi.report.folder import fresh_folder
 from fdi.report.json_text import json_text
 from fdi.report.log_document import log_document
 from fdi.telemetry import Log, Message
+from fdi.telemetry.message import Floats
+from fdi.units import unit_in_name
 
 DOCUMENT: Final = "metadata.json"
 LONGEST: Final = 64
 """Letters of a file's name before its ending; MAVLink's longest message name has 45."""
+PULSE: Final = "us"
+"""What widths of pulses are in."""
 ROWS: Final = 1 << 18
 """Rows that are written at a time: about 30 MB of a message with 15 fields."""
 _HARMLESS: Final = re.compile(r"[^A-Za-z0-9_-]+")
@@ -55,6 +63,7 @@ def convert(
         The folder cannot be written, or is not ours.
     """
     names = file_names(log.messages)
+    known = json_text({**_document(log), "files": names})  # decodes, so before anything is let go
     total, done = sum(len(message) + 1 for message in log.messages.values()), 0
     about = {
         "tool": {"name": "uav-fdi", "version": __version__},
@@ -75,8 +84,35 @@ def convert(
             done += len(message) + 1
             for other in log.messages.values():  # a message may be made of others
                 other.forget()
-        (fresh / DOCUMENT).write_text(json_text({**log_document(log), "files": names}), "ascii")
+        (fresh / DOCUMENT).write_text(known, "ascii")
     return Path(out)
+
+
+def _document(log: Log) -> dict[str, Any]:
+    """Return what is known of the log, with the units of the files."""
+    document = log_document(log)
+    for told in document["messages"]:
+        message = log.messages[told["name"]]
+        for name, unit in told["fields"].items():
+            told["fields"][name] = None if unit is None else unit_of(message, name)
+    return document
+
+
+def unit_of(message: Message, name: str) -> str:
+    """Return the unit of a numeric field in its file."""
+    unit = message.unit(name)
+    if unit == PULSE:  # alone it is a time, also to whoever reads the file again
+        return f"{PULSE} (pulse)"
+    return unit_in_name(name, message.columns[name].conversion) or unit
+
+
+def _values(message: Message, name: str) -> Floats:
+    """Return a numeric field as it is written, (n,); NaN where unknown."""
+    values = message.si(name)
+    if not unit_in_name(name, message.columns[name].conversion):
+        return values
+    recorded = message.raw(name)[message.kept].astype(np.float64)
+    return np.where(np.isnan(values), np.nan, recorded)
 
 
 def file_names(keys: Iterable[str]) -> dict[str, str]:
@@ -111,13 +147,15 @@ def _write(path: Path, message: Message, about: dict[str, Any]) -> None:
     fields = [pa.field("t", pa.float64(), metadata={"unit": "s"})]
     columns = [pa.array(message.t)]
     for name, column in message.columns.items():
-        told = {"field": name} if column.is_text else {"field": name, "unit": message.unit(name)}
+        told = (
+            {"field": name} if column.is_text else {"field": name, "unit": unit_of(message, name)}
+        )
         if column.is_text:
             texts = (str(text) for text in message.raw(name)[message.kept])
             whole = [text.encode("utf-8", "replace").decode() for text in texts]
             columns.append(pa.array(whole, pa.string()))
         else:
-            columns.append(pa.array(message.si(name), pa.float64(), from_pandas=True))
+            columns.append(pa.array(_values(message, name), pa.float64(), from_pandas=True))
         fields.append(pa.field(names[name], columns[-1].type, metadata=told))
         message.forget()
     metadata = {**_for_pandas(message, names), b"fdi": json.dumps(about).encode()}

@@ -18,7 +18,7 @@ from fdi.methods.estimator.innovations import Innovation
 from fdi.methods.estimator.moments import Moment
 from fdi.methods.estimator.ratios import GROWN, Ratio
 from fdi.methods.estimator.spans import Span
-from fdi.methods.estimator.tree import Node, first_path
+from fdi.methods.estimator.tree import Node, first_path, unexplained, without_effect
 from fdi.report.json_text import number
 from fdi.report.log_document import log_facts
 from fdi.telemetry import Log
@@ -131,6 +131,8 @@ def _node(node: Node) -> dict[str, Any]:
         "resolution_s": number(node.resolution),
         "because": node.because,
         "gate": node.gate,
+        "unexplained_s": _spans(unexplained(node)),
+        "without_effect": [c.name for c in node.children if without_effect(node, c)],
         "children": [_node(child) for child in node.children],
     }
 

@@ -14,7 +14,13 @@ from fdi.methods.estimator import EstimatorHealth
 from fdi.methods.estimator.bits import Bit
 from fdi.methods.estimator.ratios import GROWN
 from fdi.methods.estimator.spans import Span
-from fdi.methods.estimator.tree import Node, first_path, walk
+from fdi.methods.estimator.tree import (
+    Node,
+    first_path,
+    unexplained,
+    walk,
+    without_effect,
+)
 from fdi.report.text import heading, table, text
 from fdi.report.words import at, clean, number, per_cent, plural
 from fdi.telemetry import Log
@@ -270,8 +276,20 @@ def state_of(node: Node) -> str:
 
 
 def gate_of(node: Node) -> str:
-    """Return how a node joins its children; one child needs no word."""
-    return GATES[node.gate] if len(node.children) > 1 else ""
+    """Return how a node joins its children, and where the log contradicts that.
+
+    One child needs no word.
+    """
+    said = [GATES[node.gate]] if len(node.children) > 1 else []
+    odd = len(unexplained(node))
+    if odd:
+        times = "" if odd == len(node.spans or ()) else f" {plural(odd, 'time')}"
+        seen = all(child.spans is not None for child in node.children)
+        said.append(f"though{times} by none of these" + ("" if seen else ", as far as is known"))
+    idle = [clean(child.name) for child in node.children if without_effect(node, child)]
+    if idle:
+        said.append(f"though not by '{', '.join(idle)}' alone")
+    return ", ".join(said)
 
 
 def _label(node: Node, on_path: set[str], *, is_again: bool) -> RenderableType:

@@ -12,10 +12,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import PureWindowsPath
 from typing import Any, Final
 
-from fdi.diagnosis import Ending, Finding
+from fdi.diagnosis import Finding
+from fdi.diagnosis.advising import about_no_flight
 from fdi.diagnosis.concerns import concerns
 from fdi.diagnosis.plain import telling_clause
+from fdi.diagnosis.worth import worth_of
 from fdi.model.naming import component_words
+from fdi.report.advice_text import advised_words, first_steps, last_end
 from fdi.report.analysis_document import analysis_document
 from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
@@ -31,6 +34,7 @@ from fdi.report.page.suspects import (
     suspects,
 )
 from fdi.report.page.templates import templates
+from fdi.report.stood_out import TITLE, stood_out_lines
 from fdi.report.text import looked_at, onset
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import (
@@ -44,10 +48,12 @@ from fdi.report.words import (
     log_time,
     number,
     unit,
+    used,
     window,
 )
 from fdi.residuals.accuracy import reported_accuracies
 from fdi.result import Analysis
+from fdi.telemetry.counters import is_counter
 from fdi.units import customary
 
 MOST_EVENTS: Final = 400
@@ -62,6 +68,7 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
 
     environment = templates()
     components = analysis.system.components
+    environment.filters["advised"] = advised_words
     environment.filters["part"] = lambda name: component_words(name, components)
     page = page_of(analysis)
     events, events_left = _events(analysis)
@@ -75,10 +82,13 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         plotting=Markup(script(PLOTTING)),
         script=Markup(script()),
         data=Markup(json_for_page(page.data)),
-        ended=ending_words(last := _last(analysis)),
+        ended=ending_words(last := last_end(analysis)),
+        end_advice=last.advice if last else about_no_flight(analysis.log, analysis.system),
+        steps=first_steps(analysis),
         signs=first_signs(last, analysis),
         alarmed=alarmed(analysis),
         states=[(name, words) for name, words in STATES.items() if name in states.values()],
+        inputs=[(one.name, ", ".join(one.channels), used(one)) for one in analysis.log.inputs],
         copied=copied(analysis.system),
         latencies=latencies(analysis.lags),
         accuracies=accuracies(reported_accuracies(analysis.system, analysis.signals)),
@@ -93,14 +103,17 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         residuals=_residuals(analysis),
         refused=_refused(analysis),
         parameters=analysis.log.parameters,
-        changes=analysis.log.parameter_changes,
+        changes=[one for one in analysis.log.parameter_changes if not is_counter(one.name)],
         defaults=analysis.log.defaults,
         altered=analysis.log.altered,
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),
         agreements=analysis.diagnosis.methods,
+        worth=worth_of(analysis.airframe),
         noticed=analysis.estimator.findings if analysis.estimator else (),
+        stood_out=stood_out_lines(analysis),
+        stood_out_title=TITLE,
         looked_at=looked_at(analysis),
         window_text=window(analysis),
         model_text=analysis.airframe.description,
@@ -112,13 +125,6 @@ def _without_folder(word: str) -> str:
     """Return a word of the command; of a path the name alone: a page is handed on."""
     option, sign, value = word.rpartition("=")
     return f"{option}{sign}{PureWindowsPath(value).name or value}"  # knows both kinds of slash
-
-
-def _last(analysis: Analysis) -> Ending | None:
-    """Return the end to tell first: of the last flight that went wrong, or else of the last."""
-    endings = analysis.diagnosis.endings
-    bad = [one for one in endings if one.end.is_bad]
-    return (bad or list(endings) or [None])[-1]  # type: ignore[list-item]
 
 
 def _findings(

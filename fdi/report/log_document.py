@@ -59,9 +59,20 @@ def log_document(log: Log) -> dict[str, Any]:
                 "text": event.text,
                 "severity": event.severity,
                 "value": number(event.value),
+                "by": event.by,
             }
             for event in log.events
         ],
+        "stretches": [
+            {
+                "start_s": number(one.start),
+                "end_s": number(one.end),
+                "what": one.what,
+                "sure": number(one.sure),
+            }
+            for one in log.stretches
+        ],
+        "inputs": input_rows(log),
         "quality": quality_rows(log),
     }
 
@@ -120,6 +131,20 @@ def quality_rows(log: Log) -> list[dict[str, Any]]:
             "text": record.text,
         }
         for record in log.quality
+    ]
+
+
+def input_rows(log: Log) -> list[dict[str, Any]]:
+    """Return which inputs of tests are believed in a log, a row each."""
+    return [
+        {
+            "name": one.name,
+            "channels": list(one.channels),
+            "believed": one.believed,
+            "why": one.why,
+            "left_out": number(one.left_out),
+        }
+        for one in log.inputs
     ]
 
 

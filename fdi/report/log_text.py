@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Final
 from fdi.report.log_document import rate
 from fdi.report.text import heading, quality_line, table, text
 from fdi.report.timeline import Told, is_grave, told_events, told_text
-from fdi.report.words import at, flown, number, plural, size, span
+from fdi.report.words import at, flown, number, plural, size, span, used
 from fdi.telemetry import Log, Message
+from fdi.units import hundredths
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 MOST_EVENTS: Final = 60
 MOST_QUALITY: Final = 20
+MOST_STRETCHES: Final = 24
 MOST_SENDERS: Final = 6
 ALIKE: Final = 0.01
 """Share of records by which instances may differ that are told in one row."""
@@ -41,6 +43,8 @@ def log_summary(log: Log) -> Iterator[RenderableType]:
     yield text(log.name, "bold")
     yield from _head(log)
     yield from _flights(log)
+    yield from _stretches(log)
+    yield from _inputs(log)
     yield from _events(log)
     yield from _messages(log)
     yield from _quality(log)
@@ -112,6 +116,21 @@ def _flights(log: Log) -> Iterator[RenderableType]:
             shown[4] += f" ({flight.impact_speed:.1f} m/s)"
         made.add_row(str(count), *map(text, shown), text(span(high - low) if flight.flew else "–"))
     yield made
+
+
+def _stretches(log: Log) -> Iterator[RenderableType]:
+    found = log.stretches
+    if not found:
+        return
+    yield heading("What the vehicle did")
+    made = table("from s", "to s", "", "sure")
+    for one in found[:MOST_STRETCHES]:
+        made.add_row(at(one.start), at(one.end), text(one.what), f"{hundredths(one.sure)} %")
+    yield made
+    if len(found) > MOST_STRETCHES:
+        yield text(
+            f"  and {plural(len(found) - MOST_STRETCHES, 'further stretch')}, see --json", "dim"
+        )
 
 
 def _events(log: Log) -> Iterator[RenderableType]:
@@ -187,6 +206,12 @@ def _title(alike: Sequence[Message]) -> str:
     is_run = numbers == list(range(numbers[0], numbers[-1] + 1))
     shown = f"{numbers[0]}-{numbers[-1]}" if is_run else ",".join(map(str, numbers))
     return f"{alike[0].name}[{shown}]"
+
+
+def _inputs(log: Log) -> Iterator[RenderableType]:
+    if log.inputs:
+        yield heading("What tests read: is it what its name says?")
+        yield _pairs([(one.name, used(one)) for one in log.inputs])
 
 
 def _quality(log: Log) -> Iterator[RenderableType]:

@@ -70,20 +70,30 @@ def observer_document(log: Log, seen: Observation) -> dict[str, Any]:
 
 def _residuals(seen: Observation) -> list[dict[str, Any]]:
     off = np.abs(seen.off)
+    in_alarm = {alarm.residual for alarm in seen.alarms}
     found = []
     for row, name in enumerate(RESIDUALS):
         judged = np.isfinite(off[row]) & np.isfinite(seen.threshold[row])
+        known = bool(judged.any())
         own, limit = off[row][judged], seen.threshold[row][judged]
+        ratio = float((own / limit).max()) if known else None
         found.append(
             {
                 "name": name,
                 "unit": UNITS[name],
-                "centre": number(float(seen.limits.centre[row])) if judged.any() else None,
-                "deviation": number(float(seen.limits.deviation[row])) if judged.any() else None,
-                "largest": number(float(own.max())) if judged.any() else None,
-                "largest_over_threshold": number(float((own / limit).max()))
-                if judged.any()
-                else None,
+                "centre": number(float(seen.limits.centre[row])) if known else None,
+                "deviation": number(float(seen.limits.deviation[row])) if known else None,
+                "largest": number(float(own.max())) if known else None,
+                "largest_over_threshold": number(ratio),
+                "state": _state(ratio, is_in_alarm=name in in_alarm),
             }
         )
     return found
+
+
+def _state(ratio: float | None, *, is_in_alarm: bool) -> str:
+    if ratio is None:
+        return "unknown"
+    if is_in_alarm:
+        return "beyond"
+    return "briefly beyond" if ratio > 1.0 else "within"

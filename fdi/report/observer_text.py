@@ -7,8 +7,8 @@ granted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from fdi.methods.observer import Observation
 from fdi.methods.observer.states import UNITS
@@ -18,6 +18,7 @@ from fdi.telemetry import Log
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+    from rich.text import Text
 
 SAYS: Final = {
     **dict.fromkeys("xyz", "the position moves otherwise than the velocity says"),
@@ -38,11 +39,8 @@ def observer_summary(log: Log, seen: Observation) -> Iterator[RenderableType]:
             f"{one.end:.1f} s.",
             "bold red",
         )
-    if not seen.alarms:
-        yield text("No residual is beyond what noise and the model explain.", "bold green")
-    elif not seen.motors:
-        names = ", ".join(dict.fromkeys(one.residual for one in seen.alarms))
-        yield text(f"Beyond what noise and the model explain: {names}.", "bold yellow")
+    residuals = observer_document(log, seen)["residuals"]
+    yield from _verdict(seen, residuals)
     if seen.alarms:
         yield heading("Beyond their thresholds")
         rows = table("residual", "from s", "to s", "off by", "threshold", "that is")
@@ -59,16 +57,28 @@ def observer_summary(log: Log, seen: Observation) -> Iterator[RenderableType]:
     yield heading(
         f"Thirteen residuals of flight {seen.flight + 1}, outputs of the {seen.rows.source}"
     )
-    yield _table(log, seen)
+    yield _table(residuals)
     if seen.notes:
         yield heading("Taken for granted")
     for note in seen.notes:
         yield text(f"  {note}")
 
 
-def _table(log: Log, seen: Observation) -> RenderableType:
+def _verdict(seen: Observation, residuals: Sequence[Mapping[str, Any]]) -> Iterator[Text]:
+    """Yield which residuals stayed beyond their thresholds, and which went beyond for a moment."""
+    if not seen.alarms:
+        yield text("No residual stays beyond what noise and the model explain.", "bold green")
+    elif not seen.motors:
+        names = ", ".join(dict.fromkeys(one.residual for one in seen.alarms))
+        yield text(f"Beyond what noise and the model explain: {names}.", "bold yellow")
+    brief = ", ".join(one["name"] for one in residuals if one["state"] == "briefly beyond")
+    if brief:
+        yield text(f"Only briefly beyond it, which accuses nothing: {brief}.")
+
+
+def _table(residuals: Sequence[Mapping[str, Any]]) -> RenderableType:
     rows = table("residual", "centre", "deviation", "largest off", "of its threshold", "")
-    for one in observer_document(log, seen)["residuals"]:
+    for one in residuals:
         if one["largest"] is None:
             rows.add_row(text(one["name"]), "", "", "", "", text("no output, or never known"))
             continue
@@ -78,6 +88,6 @@ def _table(log: Log, seen: Observation) -> RenderableType:
             f"{one['deviation']:.2g}",
             f"{one['largest']:.3g} {one['unit']}",
             f"{one['largest_over_threshold']:.2f}",
-            "",
+            text("" if one["state"] == "within" else one["state"]),
         )
     return rows

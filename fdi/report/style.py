@@ -22,11 +22,12 @@ GROUP_COLOURS: Final[dict[str, str]] = {
     "os": "#1f2933",
     "power": "#7b4bb3",
     "link": "#0e8a8a",
-    "propulsion": "#2f855a",
+    "propulsion": "#b83280",
     "airframe": "#9c5b2e",
     "other": "#7b8794",
 }
-"""By the group of a fault; the first four as in the published figure."""
+"""By the group of a fault; the first four as in the published figure; none is green,
+which says of a part that it is ruled out."""
 INK: Final = "#1f2933"
 FAINT: Final = "#9aa5b1"
 GRID: Final = "#e4e7eb"

@@ -12,7 +12,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from fdi.diagnosis import Finding, Outlook
+from fdi.diagnosis import Finding, NotTestable, Open, Outlook, RuledOut
+from fdi.diagnosis.worth import worth_of
+from fdi.model.naming import component_words, inside
+from fdi.report.advice_text import first_steps
+from fdi.report.stood_out import TITLE as STOOD_OUT
+from fdi.report.stood_out import stood_out_lines
 from fdi.report.words import (
     accuracies,
     at,
@@ -25,12 +30,15 @@ from fdi.report.words import (
     log_time,
     per_cent,
     plural,
+    shortened,
     size,
+    used,
     window,
 )
 from fdi.residuals.accuracy import reported_accuracies
 from fdi.residuals.departed import departed
 from fdi.result import Analysis
+from fdi.telemetry.ordered import order_words
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -43,12 +51,17 @@ PAGE: Final = "report.html"
 STYLES: Final[Mapping[Outlook, str]] = {
     "accused": "bold red",
     "ended badly": "bold red",
+    "suspected": "bold yellow",
     "alarms": "bold yellow",
     "healthy": "bold green",
     "untested": "bold",
 }
 MOST_LINES: Final = 8
 """Of a list that the report holds whole."""
+FEW: Final = 4
+"""Of one that --verbose shows too."""
+MOST_SHOWN: Final = 40
+"""Lines that a terminal shows of an answer unasked."""
 
 
 def summary(analysis: Analysis, *, width: int = WIDTH, folder: Path | None = None) -> str:
@@ -117,19 +130,21 @@ def table(*columns: str) -> Table:
 def parts(
     analysis: Analysis, folder: Path | None = None, *, warned: bool = False
 ) -> Iterator[RenderableType]:
-    """Yield the parts of the summary, for a console of rich.
+    """Yield all parts of the summary, for a console of rich: the answer first.
 
     Parameters
     ----------
     analysis : Analysis
     folder : Path, optional
-        Where the report was written: whoever reads on a terminal is told that last, with the
-        verdict once more, because the beginning has scrolled away.
+        Where the report was written: whoever reads on a terminal is told that last.
     warned : bool
         The warnings were told elsewhere.
     """
-    yield from _head(analysis)
+    yield from _verdict(analysis)
+    yield from _list("What to do", first_steps(analysis, analysis.setup))
+    yield from _list(STOOD_OUT, stood_out_lines(analysis))
     yield from _first(analysis)
+    yield from _ordered(analysis)
     yield from _findings(analysis)
     yield from _departed(analysis)
     yield from _consequences(analysis)
@@ -141,15 +156,79 @@ def parts(
     yield from _data(analysis)
     if not warned:
         yield from _list("Warnings", analysis.warnings)
-    if folder is not None:
-        yield heading("In short")
-        yield _indented(analysis.verdict, style=STYLES[analysis.diagnosis.outlook])
-        yield heading("Report")
-        yield text(f"  {folder}/")
-        if (folder / PAGE).is_file():
-            yield text(
-                f"  open {folder}/{PAGE} in a browser; it needs no network (--open opens it)"
-            )
+    yield text("")
+    yield from _origin(analysis)
+    yield from _written(folder)
+
+
+def brief(analysis: Analysis, folder: Path | None = None) -> Iterator[RenderableType]:
+    """Yield what a person reads first, in at most `MOST_SHOWN` lines of 100 letters.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    folder : Path, optional
+        Where the report was written.
+    """
+    yield from _verdict(analysis)
+    yield from _list("What to do", first_steps(analysis, analysis.setup))
+    yield from _list(STOOD_OUT, stood_out_lines(analysis), FEW)
+    yield from _first(analysis, FEW)
+    yield from _ordered(analysis, FEW)
+    yield from _also(analysis)
+    yield from _departed(analysis)
+    yield text("")
+    if analysis.findings:
+        yield _indented(worth_of(analysis.airframe), 0, "dim")
+    yield from _counted(analysis)
+    yield text("")
+    yield from _origin(analysis)
+    yield from _damage(analysis)
+    yield from _written(folder)
+
+
+def _verdict(analysis: Analysis) -> Iterator[RenderableType]:
+    yield text(analysis.verdict, STYLES[analysis.diagnosis.outlook])
+
+
+def _written(folder: Path | None) -> Iterator[RenderableType]:
+    if folder is None:
+        return
+    yield text(f"Report: {folder}/")
+    if (folder / PAGE).is_file():
+        yield text(f"open {folder}/{PAGE} in a browser; it needs no network (--open opens it)")
+
+
+def _also(analysis: Analysis) -> Iterator[RenderableType]:
+    """Yield who is accused beside the first, a line each."""
+    rest = analysis.findings[1:]
+    if not rest:
+        return
+    components = analysis.system.components
+    yield heading("Also accused")
+    for finding in rest[:FEW]:
+        name = component_words(finding.component, components)
+        yield _indented(f"{name} ({per_cent(finding.confidence)} sure), {onset(finding, analysis)}")
+    if len(rest) > FEW:
+        yield text(f"  and {len(rest) - FEW} more", "dim")
+
+
+def _counted(analysis: Analysis) -> Iterator[RenderableType]:
+    """Yield who is ruled out, by name, and how many are not, in a line each."""
+    components = analysis.system.components
+    diagnosis = analysis.diagnosis
+
+    def names(items: Iterable[str], most: int) -> str:
+        return shortened([inside(component_words(name, components)) for name in items], most)
+
+    if diagnosis.ruled_out:
+        yield text(f"Ruled out: {names((o.component for o in diagnosis.ruled_out), MOST_LINES)}.")
+    if diagnosis.not_testable:
+        untold = names((o.component for o in diagnosis.not_testable), FEW)
+        yield text(f"Not testable with this telemetry: {untold}.")
+    if diagnosis.open:
+        yield text(f"Neither accused nor cleared: {plural(len(diagnosis.open), 'part')}.")
+    yield text("Why, and all the rest: --verbose, or the report.", "dim")
 
 
 def _departed(analysis: Analysis) -> Iterator[RenderableType]:
@@ -158,7 +237,7 @@ def _departed(analysis: Analysis) -> Iterator[RenderableType]:
         yield from _list("Unlike the flights that the policy was learned from", [found.text])
 
 
-def _head(analysis: Analysis) -> Iterator[RenderableType]:
+def _origin(analysis: Analysis) -> Iterator[RenderableType]:
     log = analysis.log
     formats = " + ".join(one.format for one in log.recordings) or log.format
     about = [formats, size(log.bytes), log.vehicle, log.autopilot, log.firmware or ""]
@@ -171,24 +250,30 @@ def _head(analysis: Analysis) -> Iterator[RenderableType]:
         f"fdi {analysis.version}, model {analysis.airframe.name}, "
         f"policy {analysis.policy.name}{window(analysis)}, {tests}{budget(analysis)}"
     )
-    yield text("")
-    yield text(analysis.verdict, STYLES[analysis.diagnosis.outlook])
+
+
+def _damage(analysis: Analysis) -> Iterator[RenderableType]:
+    """Yield in one sentence what was lost or repaired, of the whole log first."""
+    for one in analysis.log.inputs:
+        if one.believed is False:
+            yield text(f"The {one.name} of this log, {used(one)}")
+    records = sorted(analysis.log.quality, key=lambda record: record.channel is not None)
+    if records:
+        told = shortened([quality_line(record) for record in records], 1)
+        yield text(f"The data are not whole: {told}")
 
 
 def _findings(analysis: Analysis) -> Iterator[RenderableType]:
     if not analysis.findings:
         return
-    yield heading("Accused, causes before effects (with confidence, and since when)")
+    yield heading("Accused, what led to a bad end first, then by time (how sure, and since when)")
     for finding in analysis.findings[:MOST_FINDINGS]:
         yield _line(finding, analysis)
         yield _indented(said(finding), 5)
     left = len(analysis.findings) - MOST_FINDINGS
     if left > 0:
         yield text(f"  and {plural(left, 'further finding')}, see the report")
-    yield text(
-        "  Confidence: of accusations given 80 %, about 80 % were right on labelled flights.",
-        "dim",
-    )
+    yield _indented(worth_of(analysis.airframe), style="dim")
 
 
 def _line(finding: Finding, analysis: Analysis) -> RenderableType:
@@ -238,40 +323,55 @@ def _together(analysis: Analysis) -> Iterator[RenderableType]:
     for item in analysis.diagnosis.together:
         lines = [" and ".join(one) for one in item.diagnoses]
         count = len(analysis.log.flights)
-        where = f" in flight {item.flight + 1} of {count}" if count > 1 else ""
+        where = f" of flight {item.flight + 1} of {count}" if count > 1 else ""
         yield from _list(
-            f"By structure alone, what explains all {plural(item.tests, 'test')} in alarm{where}",
-            lines or ["no component and no two together"],
+            f"What would explain all {plural(item.tests, 'test')} in alarm{where}, likely or not",
+            lines,
         )
 
 
 def _ruled_out(analysis: Analysis) -> Iterator[RenderableType]:
     yield from _list(
         "Ruled out: what would have shown did not",
-        [f"{item.component}: {item.text}" for item in analysis.diagnosis.ruled_out],
+        _by_reason(analysis.diagnosis.ruled_out, analysis),
         most=len(analysis.diagnosis.ruled_out),
     )
 
 
-def _first(analysis: Analysis) -> Iterator[RenderableType]:
+def _first(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableType]:
     for ending in analysis.diagnosis.endings:
         if ending.first:
             lines = [f"log {at(one.at)} s  {one.kind}: {one.text}" for one in ending.first]
-            yield from _list("What was first, before it went wrong", lines)
+            yield from _list("What happened in the last seconds before", lines, most)
+
+
+def _ordered(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableType]:
+    """Yield who ordered what led to an end, where it is more than the mode that was flown in."""
+    count = len(analysis.log.flights)
+    for end in (ending.end for ending in analysis.diagnosis.endings):
+        if len(end.chain) > 1:
+            of = f" (flight {end.flight + 1} of {count})" if count > 1 else ""
+            lines = [f"log {at(one.t)} s  {order_words(one)}" for one in end.chain[-most:]]
+            yield from _list(f"Who ordered what was in force at the end{of}", lines)
 
 
 def _not_testable(analysis: Analysis) -> Iterator[RenderableType]:
+    found = analysis.diagnosis.not_testable
+    yield from _list("Not testable with this telemetry", _by_reason(found, analysis))
+
+
+def _by_reason(parts: Iterable[Open | NotTestable | RuledOut], analysis: Analysis) -> list[str]:
+    """Return one line for all parts of which the same is said."""
+    components = analysis.system.components
     reasons: dict[str, list[str]] = {}
-    for item in analysis.diagnosis.not_testable:
-        reasons.setdefault(item.text, []).append(item.component)
-    yield from _list(
-        "Not testable with this telemetry",
-        [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()],
-    )
+    for item in parts:
+        name = inside(component_words(item.component, components))
+        reasons.setdefault(item.text, []).append(name)
+    return [f"{', '.join(names)}: {reason}" for reason, names in reasons.items()]
 
 
 def _methods(analysis: Analysis) -> Iterator[RenderableType]:
-    told = [one.text for one in analysis.diagnosis.methods]
+    told = list(dict.fromkeys(one.text for one in analysis.diagnosis.methods))
     yield from _list("Methods beside the tests of the model", told, most=len(told))
     if analysis.estimator is None:
         return
@@ -296,12 +396,8 @@ def looked_at(analysis: Analysis) -> str:
 
 
 def _left_open(analysis: Analysis) -> Iterator[RenderableType]:
-    found = analysis.diagnosis.open
-    yield from _list(
-        "Open: neither accused nor cleared",
-        [f"{item.component}: {item.text}" for item in found],
-        most=len(found),
-    )
+    found = _by_reason(analysis.diagnosis.open, analysis)
+    yield from _list("Open: neither accused nor cleared", found, most=len(found))
 
 
 def _data(analysis: Analysis) -> Iterator[RenderableType]:
@@ -315,7 +411,9 @@ def _data(analysis: Analysis) -> Iterator[RenderableType]:
     else:
         yield heading("The data")
         yield text("  nothing lost, nothing repaired")
-    yield from _list("Said twice: one source each", copied(analysis.system))
+    inputs = [f"{one.name}: {used(one)}" for one in analysis.log.inputs]
+    yield from _list("What tests read: is it what its name says?", inputs)
+    yield from _list("Channels that repeat another, not counted", copied(analysis.system))
     yield from _list("Latencies, by the log", latencies(analysis.lags))
     reported = accuracies(reported_accuracies(analysis.system, analysis.signals))
     yield from _list("Accuracies that the log reports, worse than stated", reported)

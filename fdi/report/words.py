@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fdi.shown import clean as clean  # for all of report
 from fdi.units import customary, hundredths
@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from fdi.residuals.accuracy import Told
     from fdi.residuals.latency import Lag
     from fdi.result import Analysis
-    from fdi.telemetry import Flight, Log
+    from fdi.telemetry import Flight, Input, Log
+
+
+_EARTH_M: Final = 6.371e6  # mean radius: an angle of place as a length
+_PLACES: Final = ("lat", "lon", "lng", "latitude", "longitude", "latitude_deg", "longitude_deg")
 
 
 def span(seconds: float) -> str:
@@ -66,7 +70,8 @@ def into_flight(t: float, log: Log, number: int | None = None) -> str:
     """
     flight = _flight(t, log.flights, number)
     if flight is None or not flight.flew:
-        return f"{span(t)} into the log"
+        # `span` has no sign: what is stamped before the first record was sent before it
+        return f"{span(t)} {'before the first record' if t < 0 else 'into the log'}"
     start = flight.start if flight.takeoff is None else flight.takeoff
     since = "take-off" if flight.takeoff is not None else "the start of the flight"
     if t < start:
@@ -83,6 +88,18 @@ def _flight(t: float, flights: Sequence[Flight], number: int | None) -> Flight |
     return next((flight for flight in flights if flight.start <= t <= flight.end), None)
 
 
+def used(one: Input) -> str:
+    """Return whether an input of tests is used, and why.
+
+    Examples
+    --------
+    >>> from fdi.telemetry import Input
+    >>> used(Input("charge", ("SYS_STATUS.battery_remaining",), True, "it never rises"))
+    'used: it never rises'
+    """
+    return f"{'not used' if one.believed is False else 'used'}: {one.why}"
+
+
 def flown(flights: Sequence[Flight]) -> str:
     """Return how many flights a log holds, and how the last one ends unless it lands.
 
@@ -90,7 +107,7 @@ def flown(flights: Sequence[Flight]) -> str:
     --------
     >>> from fdi.telemetry import Flight
     >>> flown([Flight(0, 60, landing=50), Flight(90, 120, landing=110)]), flown([Flight(0, 60)])
-    ('2 flights', '1 flight, which is not seen to land')
+    ('2 flights', '1 flight; the recording stops in flight')
     >>> flown([Flight(0, 60, impact=59, impact_speed=9.0)])
     '1 flight, which ends with an impact at 9.0 m/s (log 59.0 s)'
     >>> flown([]), flown([Flight(0, 60, flew=False)])
@@ -105,7 +122,9 @@ def flown(flights: Sequence[Flight]) -> str:
     if last.impact is not None:
         speed = "" if last.impact_speed is None else f" at {last.impact_speed:.1f} m/s"
         return f"{count}, {which} ends with an impact{speed} (log {at(last.impact)} s)"
-    return count if last.landing is not None else f"{count}, {which} is not seen to land"
+    if last.landing is not None:
+        return count
+    return f"{count}; the recording stops in {'flight' if len(made) == 1 else 'the last of them'}"
 
 
 def log_time(t: float, log: Log) -> str:
@@ -215,7 +234,7 @@ def copied(system: System) -> list[str]:
         left_out = [name for name, by in system.implied.items() if by == copy]
         without.setdefault(pair, []).extend(left_out)
     return [
-        f"{channel} repeats {of} ({', '.join(fields)}): no witness"
+        f"{channel} repeats {of} ({', '.join(fields)}): not counted"
         + (f"; left out: {', '.join(without[channel, of])}" if without[channel, of] else "")
         for (channel, of), fields in lines.items()
     ]
@@ -241,13 +260,15 @@ def accuracies(found: Sequence[Told]) -> list[str]:
     """Return what channels report of their own accuracy where it is worse than the model's."""
     lines = []
     for one in found:
-        if one.used <= one.stated and not one.worst > one.stated:
-            continue
-        shown = customary(one.unit)
+        is_place = one.unit == "rad" and one.channel.field.lower() in _PLACES
+        label, scale = ("m", _EARTH_M) if is_place else customary(one.unit)[:2]
         told, used, worst, stated = (
-            f"{value * shown.scale:.2g} {unit(shown.unit)}".rstrip()
+            f"{value * scale:.2g} {unit(label)}".rstrip()
             for value in (one.reported, one.used, one.worst, one.stated)
         )
+        # what differs beyond the printed digits only is as stated
+        if max(float(used.split()[0]), float(worst.split()[0])) <= float(stated.split()[0]):
+            continue
         beyond = f", bounded for {per_cent(one.bounded)} of the flight" if one.bounded else ""
         lines.append(
             f"{one.channel} reports {told} in the median, {worst} at worst; the model states "

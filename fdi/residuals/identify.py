@@ -116,9 +116,9 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
             why = (
                 f"{zero} is not linear in them"
                 if columns is None
-                else "the flight's beginning tells too little"
+                else "its beginning tells too little"
             )
-            told.append(f"{', '.join(names)} not identified: {why}")
+            told.append(f"{', '.join(names)}: not learned from this flight, because {why}")
             continue
         found |= zip(names, _fitted(names, blocks, priors), strict=True)
     off = departure(found)
@@ -127,10 +127,10 @@ def identified(bank: Bank, signals: Signals, recipe: Differentiation) -> Bank:
         unfit = [n for n in names if n in found and found[n].source != "identified"]
         learned = any(found[n].learned for n in unfit)
         if unfit and not (rare and learned):
-            bounds = "its bounds" if len(unfit) == 1 else "their bounds"
-            beyond = "two deviations of what was learned" if learned else bounds
+            range_of = "two deviations of what earlier flights taught" if learned else "the model"
             told.append(
-                f"{', '.join(unfit)} not identified: the flight's beginning is beyond {beyond}"
+                f"{', '.join(unfit)}: not learned from this flight, whose beginning does not fit "
+                f"the range of {range_of}"
             )
     if rare:
         found = {n: _kept(bank.system.parameters[n], value) for n, value in found.items()}

@@ -15,15 +15,24 @@ log.py        `Log`
 message.py    `Message`: the columns of one message
 channel.py    `Channel`: MESSAGE.field
 clock.py      the log's clock, boot time, UTC
+thrown.py     times that damage throws far ahead, put back
 events.py     `Event`, `Flight`, `FlightState`
 airframes.py  the frame of a vehicle with rotors
+counters.py   parameters in which the autopilot counts
 identity.py   which vehicle: the serial number of its board
 motors.py     where every motor stands, and which way it turns
 sensors.py    sensors that the autopilot stops using
-flights.py    take-off, landing, impact from the data
+course.py     `Course`: motion, arming and phases of a log
+motion.py     how the vehicle moves, at the times of its height
+phases.py     on the ground or in the air, with how sure that is
+stretches.py  `Stretch`: what the vehicle did, for a person
+impact.py     whether a flight ends with a blow
+inputs/       `Input`: which commands, demands, states are believed
+flights.py    take-off and landing from all that
 lift.py       what carries a VTOL: its rotors or its wings
 airtime.py    from when to when a flight is in the air, and settled
 ends.py       how each flight ends
+ordered.py    who ordered what was in force then
 columns.py    `log_from_columns`: arrays of one's own as a log
 together/     `join`: several logs of one flight as one
 copies.py     `Copy`: channels that say the same twice
@@ -40,6 +49,7 @@ from fdi.telemetry.columns import log_from_columns
 from fdi.telemetry.copies import Copy
 from fdi.telemetry.events import Event, Flight, FlightState
 from fdi.telemetry.hardware import Hardware, hardware_of
+from fdi.telemetry.inputs import Input
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
@@ -55,6 +65,7 @@ __all__ = [
     "Flight",
     "FlightState",
     "Hardware",
+    "Input",
     "Log",
     "Message",
     "QualityRecord",

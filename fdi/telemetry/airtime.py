@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.ends import OVER_S
 from fdi.telemetry.events import SETTLING_S, Flight
+from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.signals import Signals
 
 

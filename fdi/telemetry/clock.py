@@ -8,14 +8,16 @@ made it has that time plus one constant per boot: the lower envelope of (stamp -
 fastest way through the link. For the others the delay of the records around them in the file is
 taken off their stamps, so that a slow or bursting link does not shift one message against another.
 
-Repaired and reported: single wrong stamps, backward steps, steps of the recorder's clock that the
-vehicle's clock does not share, reboots, and pauses of more than an hour between two recordings in
-one file (shortened). Drift between the two clocks (some 50 ppm) is left in.
+Repaired and reported: single wrong stamps, runs of records that a clock threw far off
+(`thrown.py`), backward steps, steps of the recorder's clock that the vehicle's clock does not
+share, leaps of the vehicle's by more than an hour that the recorder's does not share, reboots, and
+pauses of more than an hour (shortened: between two recordings in one file, or made by damage).
+Drift between the two clocks (some 50 ppm) is left in.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Final
@@ -25,14 +27,14 @@ from numpy.typing import NDArray
 
 from fdi.shown import Shown
 from fdi.telemetry.quality import Kind, QualityRecord
+from fdi.telemetry.thrown import STEP_S, Thrown, put_back
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SPIKE_S: Final = 1.0  # a stamp this far from the median of its neighbours is wrong
-STEP_S: Final = 1.0  # links deliver in order: an earlier stamp after a later one is a step
 REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
-PAUSE_S: Final = 3600.0  # a longer one that no boot time confirms lies between two recordings
+PAUSE_S: Final = 3600.0  # a longer one lies between two recordings, or is none
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
 _BLOCK: Final = 1 << 15  # records looked at together: they stay in the cache
@@ -98,15 +100,17 @@ class Timeline:
     """A time for every record of the file, (n,) each.
 
     ``created``: s of the log's clock, the best guess of when the vehicle made the record;
-    ``boot``: which boot it belongs to; ``offset``: (k,) s, t = seconds since boot + offset[boot];
-    ``first``: (k,) the first record of every boot; ``delay``: s, 95 % of the link's delay;
-    ``zero``: s since 1970 on the recorder's clock at t = 0.
+    ``boot``: which piece it belongs to: a boot, or a part of one before or behind a leap of its
+    clock or a long pause; ``offset``: (k,) s, t = seconds since boot + offset[boot]; ``first``:
+    (k,) the first record of every piece; ``restarts``: of the boots among them but the first;
+    ``delay``: s, 95 % of the link's delay; ``zero``: s since 1970 on the recorder's clock at t = 0.
     """
 
     created: Floats
     boot: Ints
     offset: Floats
     first: Ints
+    restarts: Ints
     delay: float
     zero: float
     quality: tuple[QualityRecord, ...]
@@ -174,27 +178,26 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     zero = zero_us / 1e6
     main = np.delete(main, _spikes(boot_ms[main], SPIKE_S * 1e3))
     if not main.size:
-        arrival, more = _shorten_pauses(arrival, np.empty(0, np.int64), np.zeros(1, np.int64))
-        none = np.zeros(stamp_us.size, np.int64)
-        return Timeline(
-            arrival,
-            none,
-            np.array([np.nan]),
-            np.zeros(1, np.int64),
-            np.nan,
-            zero,
-            (*quality, *more),
+        start, none = np.zeros(1, np.int64), np.empty(0, np.int64)
+        unknown = np.array([np.nan])
+        line = Timeline(
+            arrival, _numbered(start, arrival.size), unknown, start, none, np.nan, zero, ()
         )
-    at, seconds = rows[main], _unwrap_ms(boot_ms[main]) / 1000
+        return _without_pauses(line, quality)
+    at = rows[main]
+    told, thrown = put_back(boot_ms[main] / 1000)
+    seconds = _unwrapped(told)
     if _tell_nothing(stamp_us, seconds):
         stamps = arrival = np.interp(np.arange(stamp_us.size), at, seconds - seconds[0])
         text = "the record stamps say nothing: times are taken from the time since boot"
         quality = [_finding("repaired", 0.0, int(stamp_us.size), text)]
-    first = _first_of_boots(at, seconds, stamps, rows, boot_ms / 1000)
+    every = boot_ms / 1000
+    every[main] = seconds
+    boots = _first_of_boots(at, seconds, stamps, rows, every)
+    leaps = _leaps(arrival, at, seconds)
+    first = np.union1d(boots, leaps)
     arrival, jumps = _remove_clock_jumps(arrival, at, seconds, first)
-    arrival, pauses = _shorten_pauses(arrival, at, first)
-    number = np.arange(first.size, dtype=np.min_scalar_type(first.size))
-    boot = np.repeat(number, np.diff(first, append=stamp_us.size))
+    boot = _numbered(first, stamp_us.size)
     delay = arrival[at] - seconds
     offset = np.minimum.reduceat(delay, np.searchsorted(at, first))
     delay -= _offset_of(offset, boot, at)
@@ -204,18 +207,58 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
     wrapped = np.abs(late) > _MS_WRAP / 2
     if wrapped.any():
         late -= np.rint(late / _MS_WRAP) * _MS_WRAP
-    reboots = [
-        _finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in first[1:]
+    restarts = boots[1:]
+    found = [
+        told_as_one(
+            [_finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in restarts]
+        ),
+        told_as_one([_finding("clock_jump", float(arrival[i]), 1, _LEAPT) for i in leaps]),
+        told_thrown(thrown, arrival[at], "times since boot"),
     ]
     _take_off_delays(arrival, rows, late, np.interp(rows, at, delay), first)
-    return Timeline(
-        arrival,
-        boot,
-        offset,
-        first,
-        float(np.quantile(delay, 0.95)),
-        zero,
-        (*quality, *jumps, *pauses, *_told_as_one(reboots)),
+    late_s = float(np.quantile(delay, 0.95))
+    line = Timeline(arrival, boot, offset, first, restarts, late_s, zero, ())
+    return _without_pauses(line, [*quality, *jumps, *(one for some in found for one in some)])
+
+
+_LEAPT: Final = "the vehicle's clock leapt forward by more than an hour: the record stamps decide"
+
+
+def _numbered(first: Ints, count: int) -> Ints:
+    """Return for every record the number of its piece."""
+    number = np.arange(first.size, dtype=np.min_scalar_type(first.size))
+    piece: Ints = np.repeat(number, np.diff(first, append=count))
+    return piece
+
+
+def _leaps(arrival: Floats, at: Ints, seconds: Floats) -> Ints:
+    """Return the records from which on the vehicle's clock is ahead by more than any pause.
+
+    No clock leaps by itself, and that the recorder's was set back by just what a pause lasted is
+    less likely than damage.
+    """
+    step = np.diff(seconds)
+    rows = np.flatnonzero(step > PAUSE_S)
+    rows = rows[np.diff(arrival[at])[rows] < step[rows] - STEP_S]
+    return np.array(
+        [_widest_step(arrival, int(at[i]), int(at[i + 1])) for i in rows], dtype=np.int64
+    )
+
+
+def told_thrown(runs: tuple[Thrown, ...], t: Floats, what: str) -> list[QualityRecord]:
+    """Return what is said of runs of records, of times ``t``, that were thrown and put back."""
+    return told_as_one(
+        [
+            QualityRecord(
+                "repaired",
+                None,
+                float(t[one.low]),
+                float(t[one.high - 1]),
+                one.high - one.low,
+                f"{one.high - one.low} {what} are {one.by:+.1f} s off, and are put back",
+            )
+            for one in runs
+        ]
     )
 
 
@@ -296,7 +339,8 @@ def _repair_stamps(
         stamps[wrong] = np.rint(np.interp(wrong, right, stamps[right])).astype(np.int64)
     zero = min(max(int(stamps[0]), 0), _LARGEST_US) if stamps.size else 0
     stamps -= zero
-    seconds = arrival = stamps / 1e6
+    seconds, thrown = put_back(stamps / 1e6)
+    arrival = seconds
     back = np.flatnonzero(arrival[1:] < arrival[:-1]) + 1
     back = back[arrival[back] - arrival[back - 1] < -STEP_S]
     steps = arrival[back] - arrival[back - 1]
@@ -318,10 +362,11 @@ def _repair_stamps(
         )
         for row, step in zip(back, steps, strict=True)
     ]
-    return zero, seconds, arrival, [*quality, *_told_as_one(jumps)]
+    quality += told_thrown(thrown, arrival, "record stamps")
+    return zero, seconds, arrival, [*quality, *told_as_one(jumps)]
 
 
-def _told_as_one(found: list[QualityRecord]) -> list[QualityRecord]:
+def told_as_one(found: list[QualityRecord]) -> list[QualityRecord]:
     """Return the findings, a long list of one kind as a single one."""
     if len(found) <= _SINGLE:
         return found
@@ -339,10 +384,10 @@ def _far_ends(stamps: Ints) -> Ints:
     return rows
 
 
-def _unwrap_ms(boot_ms: Ints) -> Floats:
-    step = np.diff(boot_ms, prepend=boot_ms[:1])
-    seconds: Floats = (boot_ms + np.cumsum(np.where(step < -(2**31), 2**32, 0))).astype(np.float64)
-    return seconds
+def _unwrapped(seconds: Floats) -> Floats:
+    step = np.diff(seconds, prepend=seconds[:1])
+    whole: Floats = seconds + np.cumsum(np.where(step < -_MS_WRAP / 2, _MS_WRAP, 0.0))
+    return whole
 
 
 def _first_of_boots(at: Ints, seconds: Floats, stamps: Floats, rows: Ints, told: Floats) -> Ints:
@@ -399,29 +444,55 @@ def _remove_clock_jumps(
         shift = np.zeros(arrival.size)
         np.add.at(shift, places, steps)
         arrival = arrival - np.cumsum(shift)
-    return arrival, _told_as_one(found)
+    return arrival, told_as_one(found)
 
 
-def _shorten_pauses(arrival: Floats, rows: Ints, first: Ints) -> tuple[Floats, list[QualityRecord]]:
-    """Return the stamps with pauses of more than an hour shortened, unless one boot spans them."""
-    pauses = np.flatnonzero(np.diff(arrival) > PAUSE_S)
-    if not pauses.size:
-        return arrival, []
-    found = []
-    shift = np.zeros(arrival.size)
-    for i in pauses:
-        place = int(np.searchsorted(rows, i, side="right"))
-        if 0 < place < rows.size:
-            last, following = rows[place - 1], rows[place]
-            if not np.any((first > last) & (first <= following)):
-                continue  # the vehicle's clock went on through the pause
-        pause = float(arrival[i + 1] - arrival[i])
-        shift[i + 1] = pause - SHORT_PAUSE_S
-        text = (
-            f"a pause of {pause / 3600:.1f} h between two recordings, shown as {SHORT_PAUSE_S:g} s"
+def _without_pauses(line: Timeline, quality: list[QualityRecord]) -> Timeline:
+    """Return a timeline with its findings, and pauses of more than an hour shortened.
+
+    However it came about: nothing was recorded in it, and every grid would have to go through it.
+    The time since boot stays as it is told, for each side of a pause is a piece of its own.
+    """
+    step = np.diff(line.created)
+    rows = np.flatnonzero(step > PAUSE_S) + 1
+    if not rows.size:
+        return replace(line, quality=tuple(quality))
+    shift = np.zeros(line.created.size)
+    shift[rows] = step[rows - 1] - SHORT_PAUSE_S
+    total = np.cumsum(shift)
+    created = line.created - total
+    first = np.union1d(line.first, rows)
+    piece = np.searchsorted(line.first, first, side="right") - 1
+    ends, earlier = np.maximum.accumulate(line.created[rows]), np.append(0.0, total[rows])
+
+    def moved(one: QualityRecord) -> QualityRecord:
+        told = (
+            None if t is None else t - float(earlier[np.searchsorted(ends, t, side="right")])
+            for t in (one.start, one.end)
         )
-        found.append(_finding("clock_jump", float(arrival[i]), 1, text))
-    return arrival - np.cumsum(shift), _told_as_one(found)
+        start, end = told
+        return replace(one, start=start, end=end)
+
+    pauses = [
+        _finding("clock_jump", float(created[i - 1]), 1, pause_text(float(step[i - 1])))
+        for i in rows
+    ]
+    return replace(
+        line,
+        created=created,
+        boot=_numbered(first, created.size),
+        offset=line.offset[piece] - total[first],
+        first=first,
+        quality=(*(moved(one) for one in quality), *told_as_one(pauses)),
+    )
+
+
+def pause_text(pause: float) -> str:
+    """Return what is said of a pause, s, that is shortened."""
+    return (
+        f"nothing is recorded for {pause / 3600:.1f} h (two recordings, or a clock that is "
+        f"damaged): shown as {SHORT_PAUSE_S:g} s"
+    )
 
 
 def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np.uint64]) -> Clock:

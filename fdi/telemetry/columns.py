@@ -26,7 +26,7 @@ from fdi.telemetry.clock import Clock
 from fdi.telemetry.log import Log
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import QualityRecord
-from fdi.units import si
+from fdi.units import si_as_written
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +54,8 @@ def log_from_columns(
         message with times of its own brings ``GPS.t``. The index of a frame without a column ``t``
         are its times. NaN is unknown.
     units : mapping of str to str, optional
-        Of columns, as logs spell them (``deg``, ``hPa``, ``km/h``); times are in s, angles in rad.
+        Of columns, as logs or people spell them (``deg``, ``hPa``, ``knots``); times are in s,
+        angles in rad.
         A column without a unit is a number: a model takes it for one only by ``raw: true``.
     name, vehicle : str
         What the log is called, and of what it is (see the interfaces), for reports.
@@ -162,7 +163,7 @@ def _times(
         raise LogError(
             f"{key} has no times", where=where, hint=f"add a column {TIME_COLUMN!r}, in s"
         )
-    conversion = si(units.get(name, "s"))
+    conversion = si_as_written(units.get(name, "s"))
     if conversion.unit != "s":
         raise LogError(f"{name!r} is in {units[name]!r}, which is no time", where=where)
     for column in own:
@@ -202,7 +203,7 @@ def _message(
     for name, channel in own.items():
         values = given[name][dated]
         values.flags.writeable = False
-        columns[channel.field] = Column(partial(_same, values), si(units.get(name, "")))
+        columns[channel.field] = Column(partial(_same, values), si_as_written(units.get(name, "")))
     first = next(iter(own.values()))
     made = Message(first.message, first.instance, stamp[kept], stamp, kept, columns)
     return made, quality

@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.events import Event, Flight, flight_state
+from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.message import Message
+from fdi.telemetry.ordered import Order
 
 Floats = NDArray[np.float64]
 LostBy = Literal["lean", "demand", "stop"]
-How = Literal["landed", "impact", "in_air", "control_lost", "failsafe", "on_ground"]
+How = Literal["landed", "impact", "in_air", "control_lost", "failsafe", "on_ground", "tipped_over"]
 
 TILT: Final = np.radians(60.0)
 """No autopilot demands more of a vehicle that it levels: ANGLE_MAX is 30 to 45 degrees, LIM_ROLL_CD
@@ -37,9 +39,6 @@ OUT_S: Final = 0.5
 APART_S: Final = 2.0
 """So long it must not follow: a plane that rolls at 45 degrees a second needs 1.5 s for a reversal
 of its bank, and more for its lag."""
-OVER_S: Final = 2.0
-"""Rotors carry nothing upside down: who lies beyond 90 degrees for longer than a flip takes is not
-flying, whatever the mode."""
 SAYS: Final = re.compile(r"fail ?-?safe|emergency land|crash: disarm", re.IGNORECASE)
 """What an autopilot's report says where a failsafe acted; others are complaints."""
 PAUSE_S: Final = 1.0
@@ -48,8 +47,16 @@ LAST_S: Final = 1.5
 """Control is lost at the end where it was not regained this long before."""
 STOP: Final = 5.0
 """us above the lowest output of the flight: logs have outputs in whole us, mixers round."""
+TOUCH_S: Final = 1.5
+"""Before the time of a landing, in which the descent is that of the touch."""
 FALLING: Final = 2.0
 """m/s: who sinks faster with idle rotors falls."""
+TIPPING_S: Final = 5.0
+"""After the ground is touched, in which a vehicle that tips over does so, with turning rotors."""
+STILLED_S: Final = 1.0
+"""After disarming, which a heartbeat tells once a second: who turns it over then is a person."""
+BAD: Final = ("impact", "control_lost", "tipped_over")
+"""Ends of which something went wrong."""
 
 _FREE: Final = ("ACRO", "FLIP", "SPORT", "MANUAL", "STUNT", "TRAINING", "THROW", "RATTITUDE")
 """Modes, in part or whole, in which a pilot may turn the vehicle over."""
@@ -64,13 +71,13 @@ class FlightEnd:
     flight : int
         From 0.
     how : str
-        ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``failsafe`` (landed or in
-        the air, after the autopilot reported one), ``in_air`` (the log ends), ``on_ground`` (never
-        left it).
+        ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``tipped_over`` (as it
+        touched the ground), ``failsafe`` (landed or in the air, after the autopilot reported one),
+        ``in_air`` (the log ends), ``on_ground`` (never left it).
     at : float
         s of the log's clock.
     speed : float or None
-        m/s, descent just before an impact.
+        m/s, descent just before an impact, or before the ground is touched in a landing.
     lost_control : float or None
         s, since when nobody had control of it; None where that was never lost, or is not known.
     overturned : float or None
@@ -78,6 +85,8 @@ class FlightEnd:
     lost_by : str
         How that shows: it leans (``lean``), does not follow its demand (``demand``), falls with all
         motors at their stop (``stop``).
+    chain : tuple of Order
+        What was ordered last and has been in force since, in the order of time.
     """
 
     flight: int
@@ -87,11 +96,12 @@ class FlightEnd:
     lost_control: float | None = None
     lost_by: LostBy | None = None
     overturned: float | None = None
+    chain: tuple[Order, ...] = ()
 
     @property
     def is_bad(self) -> bool:
         """Whether something went wrong, whoever's fault it is."""
-        return self.how in ("impact", "control_lost") or self.lost_control is not None
+        return self.how in BAD or self.lost_control is not None
 
 
 def find_ends(
@@ -129,13 +139,53 @@ def _end(
         return FlightEnd(number, "on_ground", flight.end)
     low, high = flight.airborne
     lost, by, over = _lost_control(messages, events, flights, flight, has_rotors=has_rotors)
+    landing = flight.landing
+    if has_rotors and landing is not None and _tips_over(messages, events, landing):
+        if lost is not None and lost >= landing - TOUCH_S:  # that is how it tips
+            lost = by = over = None
+        if lost is None:
+            return FlightEnd(number, "tipped_over", landing, _touch_speed(messages, landing))
     if flight.impact is not None:
         return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
     if lost is not None:
         return FlightEnd(number, "control_lost", high, None, lost, by, over)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):
         return FlightEnd(number, "failsafe", high)
-    return FlightEnd(number, "landed" if flight.landing is not None else "in_air", high)
+    if flight.landing is None:
+        return FlightEnd(number, "in_air", high)
+    return FlightEnd(number, "landed", high, _touch_speed(messages, flight.landing))
+
+
+def _tips_over(messages: Mapping[str, Message], events: Sequence[Event], landing: float) -> bool:
+    """Return whether it falls on its side or back as it touches the ground, and stays there."""
+    attitude = messages.get("ATTITUDE")
+    if attitude is None or "roll" not in attitude or "pitch" not in attitude:
+        return False
+    near = (attitude.t >= landing - TOUCH_S) & (attitude.t <= landing + TIPPING_S)
+    upright = np.cos(attitude.si("roll")[near]) * np.cos(attitude.si("pitch")[near])
+    lies = upright < np.cos(TILT)
+    if not lies.any() or not lies[-1] or lies.all():
+        return False
+    since = attitude.t[near][np.flatnonzero(~lies)[-1]]
+    stilled = (e.t for e in events if e.kind == "disarm" and e.t >= landing - TOUCH_S)
+    is_driven = since <= min(stilled, default=np.inf) + STILLED_S
+    return bool(is_driven and attitude.t[near][-1] - since >= OUT_S)
+
+
+def _touch_speed(messages: Mapping[str, Message], landing: float) -> float | None:
+    """Return the fastest descent just before a landing, m/s, that three records in a row bear out.
+
+    None where nothing tells it.
+    """
+    climb = messages.get("VFR_HUD")
+    if climb is None or "climb" not in climb:
+        return None
+    sink = -climb.si("climb")[(climb.t >= landing - TOUCH_S) & (climb.t <= landing)]
+    sink = sink[np.isfinite(sink)]
+    if sink.size < 3:
+        return None
+    middle = np.median([sink[:-2], sink[1:-1], sink[2:]], axis=0)
+    return float(max(middle.max(), 0.0))
 
 
 def _lost_control(
@@ -225,7 +275,7 @@ def _motors_stopped(messages: Mapping[str, Message], low: float, high: float) ->
         return None
     inside = (motors.t >= low) & (motors.t <= high)
     t = motors.t[inside]
-    if t.size < 3:
+    if t.size < 3 or not any(map(motors.has_known, motors.fields)):  # or they do not drive it
         return None
     # as they were sent: an output of 0 is a stop here, and not unknown
     us = np.array([motors.raw(name)[motors.kept][inside] for name in motors.fields])

@@ -22,6 +22,7 @@ Kind = Literal[
     "arm",
     "disarm",
     "failsafe",
+    "command",
     "text",
     "takeoff",
     "landing",
@@ -54,6 +55,8 @@ class Event(Shown):
         MAVLink's, 0 emergency to 7 debug.
     value : float or None
         The parameter's new value, the speed of an impact in m/s.
+    by : str
+        Who ordered a mode, arming or disarming, or gave a command; "" where the log does not say.
     """
 
     t: float
@@ -61,6 +64,7 @@ class Event(Shown):
     text: str
     severity: int | None = None
     value: float | None = None
+    by: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,8 @@ class Flight(Shown):
         When the vehicle was last that high above the place of landing.
     impact_speed : float or None
         m/s, descent just before the impact.
+    stood : (float, float) or None
+        From when to when the vehicle stood last before it; None: that is not in the log.
     flew : bool
         False: armed, and never left the ground.
     """
@@ -91,6 +97,7 @@ class Flight(Shown):
     climbed: float | None = None
     approach: float | None = None
     impact_speed: float | None = None
+    stood: tuple[float, float] | None = None
     flew: bool = True
 
     @property
@@ -110,6 +117,7 @@ class FlightState(Shown):
     ``controls_height``: it keeps a height or a rate of climb as well, with engine or motors.
     ``wing_borne``: it is in the air, and if it could be carried by rotors, wings have carried it
     for a few seconds; ``rotor_borne`` likewise, if it could be carried by wings.
+    ``standing``: it stands before one of its flights.
     """
 
     t: Floats
@@ -121,6 +129,7 @@ class FlightState(Shown):
     controls_height: NDArray[np.bool_]
     wing_borne: NDArray[np.bool_]
     rotor_borne: NDArray[np.bool_]
+    standing: NDArray[np.bool_]
 
     def part(self, span: slice | NDArray[np.int64]) -> FlightState:
         """Return the state at some of the times."""
@@ -165,7 +174,10 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     air = np.asarray(airborne, np.bool_)
     lift = [(e.t, e.text) for e in events if e.kind == "lift"]
     wings, rotors = (air & _carried(at, lift, by) for by in ("wings", "rotors"))
-    return FlightState(at, armed, air, mode, phase, attitude, height, wings, rotors)
+    standing = np.zeros(at.size, np.bool_)
+    for low, high in (flight.stood for flight in flights if flight.stood is not None):
+        standing |= (at >= low) & (at <= high)
+    return FlightState(at, armed, air, mode, phase, attitude, height, wings, rotors, standing)
 
 
 def _carried(at: Floats, lift: Sequence[tuple[float, str]], by: str) -> NDArray[np.bool_]:

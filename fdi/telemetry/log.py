@@ -11,28 +11,37 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from html import escape
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fdi.errors import UsageError
-from fdi.shown import clean
+from fdi.shown import clean, html_table
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.clock import Clock
 from fdi.telemetry.copies import Copy, compare_channels
+from fdi.telemetry.course import Course, find_course
 from fdi.telemetry.ends import FlightEnd, find_ends
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
 from fdi.telemetry.flights import find_flights, flight_events
+from fdi.telemetry.inputs import Input, Judge, believed, inputs_of
 from fdi.telemetry.lift import lift_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.motors import ROTORS
+from fdi.telemetry.ordered import chain_of
+from fdi.telemetry.phases import Wings
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.sensors import sensor_events
 from fdi.telemetry.signals import Material, Request, Sampling, Signals, resample
+from fdi.telemetry.stretches import Stretch, find_stretches
+
+if TYPE_CHECKING:
+    import pandas
 
 _BLOCK: Final = 1 << 20  # bytes hashed at once: a mapped file is not held in memory
-_WINGED: Final = ("plane", "vtol", "other")  # can rise without thrust, or nobody knows
+_GROUNDED: Final = ("rover", "boat", "sub")
+_WINGS: Final[Mapping[str, Wings]] = {"plane": "alone", "vtol": "maybe", "other": "maybe"}
 
 
 class ChannelData(NamedTuple):
@@ -41,6 +50,28 @@ class ChannelData(NamedTuple):
     t: Floats
     value: Floats
     unit: str
+
+    def to_pandas(self) -> pandas.Series:
+        """Return the values as a series by time, s; its name is the unit."""
+        import pandas as pd
+
+        return pd.Series(self.value, pd.Index(self.t, name="t"), name=self.unit)
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {value}" for name, value in self._told())
+        return f"<ChannelData: {told}>"
+
+    def _repr_html_(self) -> str:
+        return html_table("ChannelData", ("of the channel", ""), self._told())
+
+    def _told(self) -> list[tuple[str, str]]:
+        known = self.value[np.isfinite(self.value)]
+        found = [("records", str(self.t.size)), ("unknown", str(self.t.size - known.size))]
+        if self.t.size:
+            found += [("from", f"{self.t[0]:.3f} s"), ("to", f"{self.t[-1]:.3f} s")]
+        if known.size:
+            found += [("least", f"{known.min():.6g}"), ("most", f"{known.max():.6g}")]
+        return [*found, ("unit", self.unit or "none")]
 
 
 class ParameterChange(NamedTuple):
@@ -155,6 +186,7 @@ class Log:
     frame: str = ""
     board: str = ""
     defaults: Mapping[str, float] = field(default_factory=dict)
+    judge: Judge = tuple
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -173,6 +205,11 @@ class Log:
         return sum(one.bytes for one in self.recordings) or int(self.data.size)
 
     @property
+    def records(self) -> int:
+        """How many records there are of all messages, without those made from others."""
+        return sum(len(m) for m in self.messages.values() if m.made_from is None)
+
+    @property
     def sha256(self) -> str:
         """The SHA-256 of the file's bytes, hexadecimal; computed when it is asked for.
 
@@ -188,15 +225,44 @@ class Log:
         found: str = self._cache["sha256"]
         return found
 
+    def believing(self) -> Log:
+        """Return the log with inputs that it does not bear out unknown (`inputs` says which)."""
+        messages, judge = believed(self.messages, self.reported)
+        return replace(self, messages=messages, judge=judge, _cache={})
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The commands, demands and states that tests read, and whether each is believed."""
+        return inputs_of(self.judge())
+
     @property
     def flights(self) -> tuple[Flight, ...]:
         """The flights in the order of time; found from the motion when they are asked for."""
         if "flights" not in self._cache:
-            has_wings = self.vehicle in _WINGED and not self.frame  # named frames have rotors
-            self._cache["flights"] = find_flights(
-                self.messages, self.reported, self.span, has_wings=has_wings
-            )
+            self._cache["flights"] = find_flights(self._course())
         found: tuple[Flight, ...] = self._cache["flights"]
+        return found
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """What the vehicle did, stretch by stretch: it stands, flies, lies on its side."""
+        return find_stretches(self._course())
+
+    def _course(self) -> Course:
+        if "course" not in self._cache:
+            wings: Wings = "none" if self.frame else _WINGS.get(self.vehicle, "none")  # Y6 and such
+            rejected = [one for one in self.inputs if one.believed is False]
+            # rotors do not stay up by an attitude that is far off
+            may_fly = wings != "none" or not any(one.levels for one in rejected)
+            self._cache["course"] = find_course(
+                self.messages,
+                self.reported,
+                self.span,
+                wings=wings,
+                may_fly=may_fly and self.vehicle not in _GROUNDED,
+                is_driven=not any(one.drives for one in rejected),
+            )
+        found: Course = self._cache["course"]
         return found
 
     @property
@@ -204,11 +270,16 @@ class Log:
         """How each flight ends, in the order of time."""
         if "ends" not in self._cache:
             has_rotors = self.vehicle in ROTORS or bool(self.frame)  # named frames have rotors
-            self._cache["ends"] = find_ends(
-                self.messages, self.events, self.flights, has_rotors=has_rotors
-            )
+            ends = find_ends(self.messages, self.events, self.flights, has_rotors=has_rotors)
+            self._cache["ends"] = tuple(self._with_chain(end) for end in ends)
         found: tuple[FlightEnd, ...] = self._cache["ends"]
         return found
+
+    def _with_chain(self, end: FlightEnd) -> FlightEnd:
+        until = end.at if end.lost_control is None else end.lost_control
+        flight = self.flights[end.flight]
+        chain = chain_of(until, flight, self.events, self.messages, self.parameters)
+        return replace(end, chain=chain if flight.flew else ())
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -313,11 +384,16 @@ class Log:
         )
 
     def __repr__(self) -> str:
-        records = sum(len(m) for m in self.messages.values())
+        counts = (
+            (len(self.messages), "message"),
+            (self.records, "record"),
+            (len(self.flights), "flight"),
+            (len(self.quality), "finding"),
+        )
+        told = ", ".join(f"{count} {noun}{'s' * (count != 1)}" for count, noun in counts)
         return (
             f"<Log {clean(self.name)}: {self.format}, {self.vehicle}, {self.autopilot}, "
-            f"{self.duration:.1f} s, {len(self.messages)} messages, {records} records, "
-            f"{len(self.flights)} flights, {len(self.quality)} findings about its quality>"
+            f"{self.duration:.1f} s, {told} about its quality>"
         )
 
     def _repr_html_(self) -> str:

@@ -54,7 +54,7 @@ def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
             )
     for form in FORMATS.values():
         if form.is_it(data):
-            return form.read(where, data, system=system)
+            return form.read(where, data, system=system).believing()
     raise LogError(
         f"{data.size} bytes of no known format",
         where=str(where),

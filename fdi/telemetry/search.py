@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import glob
 import os
-from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -27,8 +28,20 @@ _SNIFF: Final = 1 << 16  # bytes of a file of another name that are looked at
 _MAGIC: Final = "*?["
 
 
+class Found(NamedTuple):
+    """The logs that paths name, and how many other files folders hold by the end of their name."""
+
+    logs: tuple[str, ...]
+    passed_over: Mapping[str, int]
+
+
 def find_logs(paths: Sequence[str]) -> tuple[str, ...]:
-    """Return the logs that the paths name.
+    """Return the logs that the paths name; raises as `search_logs`."""
+    return search_logs(paths).logs
+
+
+def search_logs(paths: Sequence[str]) -> Found:
+    """Return the logs that the paths name, and what else lies in their folders.
 
     Raises
     ------
@@ -38,17 +51,22 @@ def find_logs(paths: Sequence[str]) -> tuple[str, ...]:
         A URL needs a library that is not installed, or is none.
     """
     found: dict[str, None] = {}
+    others: dict[str, None] = {}
     for path in paths:
-        own = list(_elsewhere(path) if "://" in path else _here(path))
+        seen = dict(_elsewhere(path) if "://" in path else _here(path))
+        own = [each for each, is_log in seen.items() if is_log]
         if not own:
             raise LogError("holds no log", where=path, hint=f"one ends in {', '.join(SUFFIXES)}")
         found.update(dict.fromkeys(own))
+        others.update((each, None) for each, is_log in seen.items() if not is_log)
     if not any("://" in path or os.path.exists(path) for path in found):
         raise LogError("does not exist", where=paths[0])
-    return tuple(found)
+    ends = Counter(os.path.splitext(path)[1].lower() for path in others if path not in found)
+    return Found(tuple(found), dict(sorted(ends.items(), key=lambda item: (-item[1], item[0]))))
 
 
-def _here(path: str) -> Iterator[str]:
+def _here(path: str) -> Iterator[tuple[str, bool]]:
+    """Yield each file with whether it is taken for a log."""
     if os.path.isdir(path):
         yield from _in_folder(path)
     elif any(c in path for c in _MAGIC) and not os.path.exists(path):
@@ -56,18 +74,18 @@ def _here(path: str) -> Iterator[str]:
             if os.path.isdir(each):
                 yield from _in_folder(each)
             else:
-                yield each
+                yield each, True
     else:
-        yield path
+        yield path, True
 
 
-def _in_folder(folder: str) -> Iterator[str]:
+def _in_folder(folder: str) -> Iterator[tuple[str, bool]]:
     for place, folders, names in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
         for name in sorted(names):
             path = os.path.join(place, name)
-            if not name.startswith(".") and os.path.isfile(path) and is_like_a_log(path):
-                yield path
+            if not name.startswith(".") and os.path.isfile(path):
+                yield path, is_like_a_log(path)
 
 
 def is_like_a_log(path: str) -> bool:
@@ -82,26 +100,23 @@ def is_like_a_log(path: str) -> bool:
     return head.size > 0 and any(form.is_it(head) for form in FORMATS.values())
 
 
-def _elsewhere(url: str) -> Iterator[str]:
+def _elsewhere(url: str) -> Iterator[tuple[str, bool]]:
     system, path = _opened(url)
     try:
         if any(c in path for c in _MAGIC):
-            names = sorted(n for n in system.glob(path) if not os.path.basename(n).startswith("."))
+            found = sorted(n for n in system.glob(path) if not os.path.basename(n).startswith("."))
+            names = [(name, True) for name in found]
         elif system.isdir(path):
-            names = sorted(n for n in system.find(path) if _is_called_like_a_log(n, path))
+            found = sorted(n for n in system.find(path) if "/." not in n.removeprefix(path))
+            names = [(name, name.lower().endswith(SUFFIXES)) for name in found]
         else:
             names = None
     except OSError as error:
         raise LogError(f"cannot be looked into: {error}", where=url) from error
     if names is None:
-        yield url
+        yield url, True
     else:
-        yield from (system.unstrip_protocol(name) for name in names)
-
-
-def _is_called_like_a_log(name: str, folder: str) -> bool:
-    is_hidden = "/." in name.removeprefix(folder)
-    return name.lower().endswith(SUFFIXES) and not is_hidden
+        yield from ((system.unstrip_protocol(name), is_log) for name, is_log in names)
 
 
 def state(path: str) -> str:

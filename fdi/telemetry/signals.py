@@ -22,12 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
+from fdi.grid import checked
 from fdi.shown import Shown, clean
 from fdi.telemetry.channel import Channel
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event, Flight, FlightState, flight_state
-from fdi.telemetry.flights import heights
 from fdi.telemetry.message import Message
+from fdi.telemetry.motion import heights
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,8 +40,10 @@ TIME: Final = "$t"
 """The record times among the columns that a request's ``value`` sees; no field is called so."""
 _RATES_HZ: Final = (1, 2, 3, 4, 5, 8, 10)  # what an automatic rate is rounded to
 _MOST_SAMPLES: Final = 20_000_000  # a longer grid is a mistake in the call, not a flight
-_SAMPLES: Final = 500_000  # of a log's own extent: 14 h at 10 Hz, whatever there are of records
-_SAMPLES_PER_RECORD: Final = 10  # a longer one would be unknown nearly everywhere
+_SAMPLES_PER_RECORD: Final = 10  # of all messages; a longer one would be unknown nearly everywhere
+_FEWEST: Final = 18_000
+"""Samples that an automatic rate may give, and one more for each record: half an hour without any
+at 10 Hz. Of the logs of people at hand none has more than one sample at 10 Hz for two records."""
 _EXPECTED: Final = 20  # of fewer records nobody expects the next
 _LIKE: Final = 2.0
 _MISSED: Final = 5.0
@@ -102,6 +105,8 @@ class Request(Shown):
         s, taken off the record times; how well that is known.
     over : bool
         ``value`` is of a while of records, and those that are not valid are unknown to it.
+    kept : bool
+        What ``value`` was where records were valid is known afterwards.
     paces : bool
         Its records count in the automatic rate: it was recorded, and not made from what was.
     """
@@ -119,6 +124,7 @@ class Request(Shown):
     reported: Callable[[Columns], NDArray[np.generic]] | None = None
     told: tuple[str, ...] = ()
     over: bool = False
+    kept: bool = False
     paces: bool = True
 
 
@@ -251,6 +257,8 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
     rate = sampling.rate_hz or _own_rate(pacing) or _own_rate(records.values())
     if rate is None:
         raise LogError("none of the requested channels is in the log")
+    if sampling.rate_hz is None and sampling.window is None:
+        rate = _filled(rate, material)
     t = _grid(material, sampling.window, rate)
     columns, period, accuracy, spacing = {}, {}, {}, {}
     for channel, record in records.items():
@@ -306,21 +314,31 @@ def _own_rate(records: Collection[Records]) -> float | None:
     return float(min(_RATES_HZ, key=lambda hz: abs(np.log(hz / rate))))
 
 
+def _filled(rate: float, material: Material) -> float:
+    """Return the rate, or a lower one where the records could not fill the grid."""
+    low, high = _extent(material)
+    fitting = [hz for hz in _RATES_HZ if (high - low) * hz <= _FEWEST + _record_count(material)]
+    if not fitting:
+        said = f"{high - low:g} s at {_RATES_HZ[0]:g} Hz"
+        checked(high - low, _record_count(material), said, least=_FEWEST, per_record=1)
+    return min(rate, max(fitting))
+
+
+def _record_count(material: Material) -> int:
+    own = [one for one in material.messages.values() if one.made_from is None]
+    return sum(message.stamp.size for message in own)
+
+
 def _grid(material: Material, window: tuple[float, float] | None, rate: float) -> Floats:
     low, high = _extent(material) if window is None else window
     if not (np.isfinite([low, high, rate]).all() and low <= high and rate > 0):
         raise UsageError(f"a window from {low} to {high} s at {rate} Hz makes no grid")
     count = int((high - low) * rate * (1 + _TIE) + _TIE) + 1
-    most = _MOST_SAMPLES
-    if window is None:
-        records = sum(message.stamp.size for message in material.messages.values())
-        most = min(most, _SAMPLES + _SAMPLES_PER_RECORD * records)
-    if count > most:
-        said = f"{high - low:g} s at {rate:g} Hz make {count} samples"
-        if window is not None:
-            raise UsageError(said)
-        # the extent is the log's own: its times are nonsense
-        raise LogError(f"{said}, and there are {records} records", hint="choose a window")
+    said = f"{high - low:g} s at {rate:g} Hz"
+    if count > _MOST_SAMPLES:
+        raise (LogError if window is None else UsageError)(f"{said} make {count} samples")
+    if window is None:  # the extent is the log's own
+        checked(count, _record_count(material), said, per_record=_SAMPLES_PER_RECORD)
     return low + np.arange(count) / rate
 
 
@@ -366,7 +384,7 @@ def records_of(
         found = request.value(known) if request.value else fields[request.channel.field]
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
         value[~np.isfinite(value)] = np.nan
-        if valid is not None:
+        if valid is not None and not request.kept:
             value[~valid] = np.nan
     t, value = _ascending(t, value, sampling.equal_stamps)
     if request.stirred:

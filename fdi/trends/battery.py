@@ -24,6 +24,7 @@ from typing import Final
 
 import numpy as np
 
+from fdi.grid import uniform
 from fdi.telemetry.message import Floats
 from fdi.trends.blocks import LEAST, Mean, block_edges, block_means, widening
 
@@ -60,7 +61,7 @@ def resistance(
     True
     """
     edges = block_edges(start, end)
-    seconds = np.arange(start, end, SECOND)
+    seconds = uniform(start, end, SECOND, records=t.size)
     if not len(edges) or len(seconds) < 2:
         return None
     means = block_means(t, np.array([voltage, current]), np.append(seconds, seconds[-1] + SECOND))

@@ -139,7 +139,7 @@ def test_a_cut_log_gives_what_is_left(run: Run, model: Path, tmp_path: Path) -> 
     path.write_bytes(LOG.read_bytes()[:100_001])
     ended = run("analyze", path, "--model", model, "--format", "txt")
     assert ended.code == 0
-    assert "truncated" in ended.out
+    assert "The data are not whole: the file ends in the middle of a message" in ended.out
 
 
 def test_a_log_without_a_message_of_the_model_is_3(run: Run, tmp_path: Path) -> None:

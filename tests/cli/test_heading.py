@@ -5,6 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pandas as pd
 import pytest
 from methods.setup.sensors import Ride, write
@@ -17,8 +18,8 @@ MORE = {"recovered.png", "recovered.svg"}
 
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
-    # its receiver stands still and tells a speed: the receiver is off
-    return write(tmp_path / "ride.tlog", Ride())
+    # its receiver tells a course across the way that its places go: the receiver is off
+    return write(tmp_path / "ride.tlog", Ride(course_off=np.pi / 2))
 
 
 def validated(text: str) -> dict:

@@ -111,6 +111,31 @@ def test_within_an_import(number: int, work: Path, model: Path) -> None:
     assert_interrupted(started(AT_IMPORT + END, words, work), work)
 
 
+@pytest.mark.parametrize("name", ["fdi.cli.commands", "rich_click", "numpy", "atexit"])
+def test_from_the_first_module_on_that_it_loads_itself(name: str, work: Path, model: Path) -> None:
+    """Interrupted when the import begins: the earliest of them are the first things that load."""
+    code = AT_IMPORT.replace('event == "import"', f'event == "import" and _[0] == {name!r}')
+    words = ["1", "analyze", str(LOG), "--model", str(model), "--quiet"]
+    assert_interrupted(started(code + END, words, work), work)
+
+
+def test_next_to_nothing_is_loaded_before_it_listens(work: Path) -> None:
+    """Till then Ctrl-C is a traceback: ``signal`` and ``enum`` alone took a third of that time."""
+    code = """
+import sys
+before = set(sys.modules)
+import fdi.cli.interrupt
+def listen(self, *, to_the_end):
+    print(*sorted(set(sys.modules) - before))
+    sys.exit()
+fdi.cli.interrupt.Interrupts.listen = listen
+"""
+    with started(code + END, [], work) as process:
+        out, _ = process.communicate(timeout=60)
+    ours = {"__future__", "fdi", "fdi.cli", "fdi.cli.interrupt", "fdi.cli.main"}
+    assert set(out.split()) <= ours
+
+
 def test_after_the_answer(work: Path) -> None:
     with started(AFTER_MAIN, ["--version"], work) as process:
         out, err = process.communicate(timeout=60)

@@ -34,7 +34,7 @@ def test_a_weak_motor_is_told_first(run: Run, weak: Path) -> None:
 def test_a_healthy_flight_says_so(run: Run, healthy: Path) -> None:
     ended = run("observe", healthy)
     assert ended.code == 0
-    assert "No residual is beyond what noise and the model explain." in ended.out
+    assert "No residual stays beyond what noise and the model explain." in ended.out
 
 
 def test_json_keeps_its_schema_and_is_the_same_every_time(
@@ -107,3 +107,19 @@ def test_a_plane_ends_with_3(run: Run, tmp_path: Path) -> None:
     ended = run("observe", path)
     assert ended.code == 3
     assert "is of a plane" in ended.err
+
+
+def test_what_is_beyond_for_a_moment_is_told_as_brief_and_never_as_within(
+    run: Run, tmp_path: Path
+) -> None:
+    log = write(tmp_path / "blow.tlog", weak=(1, 0.0, 30.0, 30.15))
+    residuals = json.loads(run("observe", log, "--json").out)["residuals"]
+    brief = [one["name"] for one in residuals if one["state"] == "briefly beyond"]
+    assert brief
+    assert {one["state"] for one in residuals if one["largest_over_threshold"] > 1} <= {
+        "beyond",
+        "briefly beyond",
+    }
+    said = run("observe", log).out
+    assert f"Only briefly beyond it, which accuses nothing: {', '.join(brief)}." in said
+    assert said.count("  briefly beyond") == len(brief)

@@ -12,10 +12,11 @@ from fdi.comparison.values import Compared, Course
 RATE = 10.0
 
 
-def course(values, floor=0.0, rate=RATE):
+def course(values, floor=0.0, rate=RATE, way=0):
     values = np.atleast_2d(np.asarray(values, float))
     t = np.arange(values.shape[1]) / rate
-    return Course(t, values, np.full(values.shape, float(floor)), np.zeros(len(values)))
+    ways = np.full(len(values), way, np.int8)
+    return Course(t, values, np.full(values.shape, float(floor)), np.zeros(len(values)), ways)
 
 
 def noise(seed, n=600, rows=1):
@@ -44,6 +45,16 @@ def test_a_step_is_told_by_its_size_and_onset():
     assert found[0].since == pytest.approx(40.0)
     assert (found[0].value, found[0].middle, found[0].half) == pytest.approx((10.0, 0.0, 1.0))
     assert all(one.bands == 0.0 for one in found[1:])
+
+
+@pytest.mark.parametrize(("way", "bands"), [(0, 10.0), (1, 10.0), (-1, 0.0)])
+def test_a_statement_of_one_side_differs_on_that_side_alone(way, bands):
+    """A motor that is given less than its share was listed as one that is given more."""
+    healthy = [course(np.zeros(600), floor=1.0, way=way) for _ in range(3)]
+    courses = [*healthy, course(np.full(600, 10.0), floor=1.0, way=way)]
+    found = differences([flight(i, i < 3) for i in range(4)], courses, Bands(courses))
+    assert [one.bands for one in found if one.flight == 3] == [pytest.approx(bands)]
+    assert reach(band_of(healthy), courses[3])[0] == pytest.approx(bands)
 
 
 def test_a_spike_shorter_than_a_second_is_no_difference():

@@ -78,6 +78,15 @@ def test_parameters_that_differ_are_told_and_missing_ones_not(analyses, found):
     assert [(one.name, one.values) for one in again.settings] == [("ARMING_CHECK", (1.0, 0.0, 1.0))]
 
 
+def test_what_the_vehicle_counts_is_no_parameter_that_differs(analyses):
+    counted = {"STAT_RUNTIME": 7.0, "STAT_FLTTIME": 3.0, "LND_FLIGHT_T_LO": 1.0}
+    logs = [
+        with_log(one, parameters={n: v * k for n, v in counted.items()} | {"WP_SPEED": 5.0 + k})
+        for k, one in enumerate(analyses[:2])
+    ]
+    assert [one.name for one in fdi.compare(logs).settings] == ["WP_SPEED"]
+
+
 def test_two_flights_of_one_log_are_two_flights(analyses, tmp_path):
     two = replace(
         small_log(bias=0.0),

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from fdi.diagnosis.clearing import (
-    _bounds,
     _rougher,
     _scatter,
-    _text,
     ended_well,
     faults_by_component,
     quiet_tests,
     ruled_out,
+    size_words,
 )
 from fdi.diagnosis.values import WouldShow
 from fdi.telemetry import Flight
@@ -77,14 +76,14 @@ def test_a_test_that_was_triggered_in_the_last_five_seconds_speaks_against(start
 def test_a_test_that_is_not_judged_does_not_speak():
     alarms = alarms_of(BANK, {}, flights=FLOWN)
     unfit = np.arange(len(alarms.state)) == SKY
-    able, against = quiet_tests(replace(alarms, unfit=unfit))
+    able, against, *_ = quiet_tests(replace(alarms, unfit=unfit))
     assert np.flatnonzero(~able).tolist() == [SKY]
     assert not against.any()
 
 
 def test_where_nothing_flew_nothing_speaks_for_anybody():
     alarms = alarms_of(BANK, {SKY: [(20, 30)]}, flights=(Flight(0, 100, takeoff=200.0),))
-    able, against = quiet_tests(alarms)
+    able, against, *_ = quiet_tests(alarms)
     assert not able.any()
     assert np.flatnonzero(against).tolist() == [SKY]
 
@@ -114,23 +113,6 @@ def test_scatter_is_that_of_whole_blocks_that_are_known():
 # How small a fault it would have shown.
 
 
-def test_what_must_be_reached_is_the_lower_of_the_two_thresholds():
-    """Of a sample nine tenths of the time; a mean counts beyond the tolerance."""
-    alarms = alarms_of(BANK, {})
-    shape = alarms.state.shape
-    span = slice(0, shape[1])
-    means = np.full(shape, np.nan)
-    means[0], means[1] = 1.5, 2.5
-    means[2] = np.where(np.arange(shape[1]) < 0.85 * shape[1], 1.0, 1.5)
-    tolerance = np.full(shape[0], 0.25)
-    given = replace(
-        alarms, mean_threshold=means, residuals=replace(alarms.residuals, tolerance=tolerance)
-    )
-    assert _bounds(given, span)[:4].tolist() == [1.75, 2.0, 1.75, 2.0]
-    blind = replace(given, threshold=np.full(shape, np.nan), mean_threshold=np.full(shape, np.nan))
-    assert np.isnan(_bounds(blind, span)).all()
-
-
 @pytest.mark.parametrize(("threshold", "is_cleared"), [(99.0, True), (101.0, False)])
 def test_a_change_of_more_than_a_hundred_deviations_is_not_worth_telling(threshold, is_cleared):
     alarms = alarms_of(BANK, {})
@@ -157,12 +139,10 @@ def test_a_test_without_a_threshold_shows_nothing():
 
 
 def test_until_when_it_is_said_where_the_flight_did_not_end_well():
-    for ends, flights, said in (
-        (LANDED, FLOWN, "a lasting change of 2 m would have shown"),
-        ((), FLOWN, "a lasting change of 2 m would have shown until 10 s before the end"),
-    ):
-        found = cleared(alarms_of(BANK, {}, ends=ends, flights=flights))
-        assert {one.text for one in found.values()} == {said}
+    shown = "a lasting change of more than 2 m in either direction would have shown"
+    for ends, late in ((LANDED, ""), ((), " until 10 s before the end")):
+        found = cleared(alarms_of(BANK, {}, ends=ends, flights=FLOWN))
+        assert {one.text for one in found.values()} == {shown + late}
     quick = replace(POLICY.use, mean_s=0.0)
     assert cleared(alarms_of(BANK, {}, use=quick))["gps"].text.endswith("would have shown")
 
@@ -199,14 +179,6 @@ def test_who_shows_in_what_the_vehicle_does_only_is_not_cleared():
     assert "wing" not in found
 
 
-def test_a_limit_shows_what_is_left_to_it():
-    """At zero of a limit of 3: a change of 3 is there, however far the threshold of noise is."""
-    text = model({"gps": ["x"]}, more="limits:\n  far: {variable: x, max: 3}\n")
-    (one,) = cleared(alarms_of(bank_of(text, "mtes"), {}))["gps"].would_show
-    assert (one.fault, one.unit) == ("GPS.x", "m")
-    assert one.size == pytest.approx(3.0)
-
-
 @pytest.mark.parametrize("level", [-40.0, 5.0])
 def test_what_would_have_shown_does_not_depend_on_what_is_measured(level):
     alarms = alarms_of(BANK, {})
@@ -222,12 +194,35 @@ def test_what_would_have_shown_does_not_depend_on_what_is_measured(level):
 
 def test_the_largest_of_each_unit_is_told_in_what_a_person_reads():
     sizes = [WouldShow("a", 2.0, "m"), WouldShow("b", 5.0, "m"), WouldShow("c", 120.0, "Pa")]
-    assert _text(sizes) == "a lasting change of 5 m or of 1.2 hPa would have shown"
-    assert _text([WouldShow("a", 0.5, "1")]) == "a lasting change of 0.5 would have shown"
-    still = WouldShow("d", 12.0, "s")
-    assert _text([still]) == "standing still for 12 s would have shown"
-    assert _text([*sizes, still]) == (
-        "a lasting change of 5 m or of 1.2 hPa and standing still for 12 s would have shown"
+    both = "in either direction"
+    assert size_words(sizes) == (
+        f"a lasting change of more than 5 m {both} and "
+        f"a lasting change of more than 1.2 hPa {both} would have shown"
+    )
+    assert size_words([WouldShow("a", 0.5, "1")]) == (
+        f"a lasting change of more than 0.5 {both} would have shown"
+    )
+
+
+def test_how_long_a_reading_stands_still_or_is_silent_is_told_as_that():
+    still, gone = WouldShow("d", 12.0, "s", "frozen"), WouldShow("e", 3.0, "s", "silent")
+    assert (
+        size_words([still, gone])
+        == "a frozen reading for more than 12 s and silence for more than 3 s would have shown"
+    )
+
+
+def test_a_size_is_told_for_the_direction_in_which_it_holds():
+    up, down = WouldShow("a", 0.5, "V", "rises"), WouldShow("a", 0.7, "V", "falls")
+    assert size_words([up]) == "a lasting rise of more than 0.5 V would have shown"
+    assert (
+        size_words([up, down])
+        == "a lasting rise of more than 0.5 V or fall of more than 0.7 V would have shown"
+    )
+    one_way = WouldShow("b", 9.0, "V", "falls")  # of another channel: its rise would not show
+    assert size_words([up, down, one_way]) == (
+        "a lasting rise of more than 0.5 V or fall of more than 0.7 V and "
+        "a lasting fall of more than 9 V would have shown"
     )
 
 

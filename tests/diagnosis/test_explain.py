@@ -254,3 +254,21 @@ def test_an_amount_is_told_of_an_alarm_that_lasts_as_long_as_it_asks():
 @pytest.mark.parametrize(("known_s", "is_told"), [(5.0, True), (4.5, False)])
 def test_an_amount_is_told_that_is_known_for_half_of_the_alarm(known_s, is_told):
     assert ("it shows 120" in weighed(known_s)) == is_told
+
+
+def test_evidence_that_is_a_statement_of_another_part_says_of_whom_it_is():
+    """The estimator's ratio speaks against the gps, and is no quantity of the gps."""
+    text = model(
+        {"monitor": ["ratio"], "gps": ["x"], "baro": ["x"], "radar": ["x"]},
+        {"gps": ["estimator"], "estimator": []},
+        "limits:\n  off: {variable: ratio, max: 1, component: estimator, suspects: [gps]}\n",
+    )
+    bank = bank_of(text.replace("estimator: {affects", "estimator: {computed: true, affects"))
+    own = [place for place, g in enumerate(bank.generators) if "GPS.x" in g.faults]
+    limit = limit_row(bank, "off")
+    raised = {limit: [(40, 100)], **{place: [(44, 100)] for place in own}}
+    first = diagnose(alarms_of(bank, raised, peak=4.0), bank).findings[0]
+    assert first.component == "gps"
+    assert first.evidence.text.startswith(
+        "a statement of the estimator, behind which the gps may be: ratio: "
+    )

@@ -13,9 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fdi.diagnosis import diagnose
+from fdi.diagnosis.answer import causes_of
 from fdi.diagnosis.concerns import Tie, affected
 from fdi.diagnosis.features import MOST, SIMULTANEOUS_S
 from fdi.diagnosis.hypotheses import inquire
+from fdi.diagnosis.likelihood import load_fitted
 from fdi.diagnosis.naming import LINKED_S, POSSIBLE, name, possible
 from fdi.residuals import Bank
 from fdi.telemetry import Flight
@@ -216,6 +218,40 @@ def test_who_disturbs_goes_before_what_is_disturbed_even_when_it_shows_a_little_
     assert named(found.consequences) == ["estimator"]
 
 
+def test_who_is_accused_first_follows_from_another_that_began_before_it_and_disturbs_it():
+    """At 20 s the estimator, with more tests, is the likelier; what is left then is of the gps."""
+    limits = [f"  {n}: {{variable: {n}, max: 9, component: estimator}}\n" for n in ("load", "heat")]
+    bank = bank_of(
+        model(
+            {**SHOWN, "monitor": ["load", "heat", "lag"]},
+            AFFECTS,
+            "limits:\n" + ("".join(limits) + "  far: {variable: lag, max: 9, component: gps}\n"),
+        )
+    )
+    raised = {key: [(20.25, 60)] for key in (limit_row(bank, "load"), limit_row(bank, "heat"))}
+    raised |= pairs("estimator", "y", (20.25, 60), bank=bank)
+    assert named(answer(raised, bank=bank).findings) == ["estimator"]
+    found = answer({**raised, limit_row(bank, "far"): [(20, 23)]}, bank=bank)
+    assert [(f.component, f.onset) for f in found.findings] == [("gps", 20.0)]
+    assert [(c.component, c.because_of) for c in found.consequences] == [("estimator", 1)]
+
+
+@pytest.mark.parametrize(
+    ("later", "one"), [(0.0, True), (20.0, True), (55 + LINKED_S, True), (56 + LINKED_S, False)]
+)
+def test_a_whole_and_one_of_its_parts_are_one_finding_of_the_part(later, one):
+    text = model(
+        {"whole": ["x"], "baro": ["x"], "sky": ["x"], "part": ["y"], "sun": ["y"], "star": ["y"]},
+        {"part": ["whole"]},
+    ).replace("part: {", "part: {part_of: whole, ")
+    bank = bank_of(text)
+    raised = pairs("whole", "x", (20, 75), bank=bank)
+    raised |= pairs("part", "y", (20 + later, 110), bank=bank)
+    found = answer(raised, bank=bank, seconds=110, flights=(Flight(0, 110),))
+    onsets = [(f.component, f.onset) for f in found.findings]
+    assert onsets == ([("part", 20.0)] if one else [("whole", 20.0), ("part", 20.0 + later)])
+
+
 def test_what_shows_clearly_before_all_that_disturbs_it_failed_by_itself():
     found = answer({ESTIMATOR: [(40, 100)], **pairs("gps", "x", (44, 100))})
     assert [(f.component, f.onset) for f in found.findings] == [("estimator", 40.0), ("gps", 44.0)]
@@ -253,42 +289,67 @@ def test_alarms_of_one_component_that_merely_pause_are_one_finding(pause):
     assert (found.component, found.onset, found.end) == ("gps", 20.0, 40.0 + pause)
 
 
-@pytest.mark.parametrize("pause", [LINKED_S + 0.25, 30])
-def test_after_a_long_pause_the_alarms_of_one_component_are_a_finding_of_their_own(pause):
-    raised = pairs("gps", "x", (10, 40), (40 + pause, 100))
-    first, second = answer(raised, peak=20.0).findings
-    assert (first.component, first.onset, first.end) == ("gps", 10.0, 40.0)
-    assert (second.component, second.onset, second.end) == ("gps", 40.0 + pause, None)
-    assert second.confidence >= first.confidence
+@pytest.mark.parametrize(
+    ("intervals", "onset", "earlier"),
+    [
+        (((10, 40), (60, 100)), 10.0, ()),  # a pause shorter than what was before it
+        (((10, 20), (60, 100)), 60.0, ((10.0, 20.0),)),  # it had healed for long
+        (((10, 50), (70, 100)), 10.0, ()),  # the longest is the first
+    ],
+)
+def test_a_component_is_one_finding_dated_by_the_episode_that_lasts(intervals, onset, earlier):
+    (finding,) = answer(pairs("gps", "x", *intervals), peak=20.0).findings
+    assert (finding.component, finding.onset, finding.end) == ("gps", onset, None)
+    assert finding.earlier == earlier
+
+
+def test_the_episode_that_led_to_a_crash_dates_the_failure_though_a_longer_one_healed():
+    ends = (FlightEnd(0, "impact", 99.0, 9.0),)
+    raised = pairs("gps", "x", (10, 30), (90, 99))
+    (finding,) = answer(raised, peak=20.0, ends=ends).findings
+    assert (finding.onset, finding.earlier) == (90.0, ((10.0, 30.0),))
 
 
 def test_that_it_shows_again_never_makes_it_less_sure_than_it_was():
     """The second time a single weak comparison shows it, by which it would be nobody's."""
     weak = row(BANK, "GPS.x", "BARO.x")
     raised = {**pairs("gps", "x", (10, 40)), weak: [(10, 40), (60, 95)]}
-    first, second = findings_with_a_weak_end(raised, weak, 41)
-    assert (first.component, second.component) == ("gps", "gps")
-    assert second.confidence == first.confidence
+    (found,) = findings_with_a_weak_end(raised, weak, 41)
+    (once,) = findings_with_a_weak_end(pairs("gps", "x", (10, 40)), weak, 41)
+    assert (found.component, found.onset) == ("gps", 10.0)
+    assert found.confidence >= once.confidence
     assert findings_with_a_weak_end({weak: [(60, 95)]}, weak, 41) == ()
 
 
-def findings_with_a_weak_end(raised, weak, since):
-    """What is found where one test only just reaches its threshold from a moment, s, on."""
+def alarms_with_a_weak_end(raised, weak, since):
+    """Alarms where one test only just reaches its threshold from a moment, s, on."""
     alarms = alarms_of(BANK, raised, peak=20.0)
     strength = alarms.strength.copy()
     strength[weak, 4 * since :] = np.minimum(strength[weak, 4 * since :], 1.0)
-    return diagnose(replace(alarms, strength=strength), BANK).findings
+    return replace(alarms, strength=strength)
+
+
+def findings_with_a_weak_end(raised, weak, since):
+    return diagnose(alarms_with_a_weak_end(raised, weak, since), BANK).findings
+
+
+def episodes_of(alarms):
+    (inquiry,) = inquire(alarms)
+    return inquiry, load_fitted()
 
 
 @pytest.mark.parametrize(("pause", "own"), [(LINKED_S, True), (LINKED_S + 0.25, False)])
 def test_what_comes_after_a_long_pause_is_asked_anew(pause, own):
-    """A weak alarm of its own belongs to the cause; later it begins another finding of it."""
+    """A weak alarm of its own belongs to the cause; later it is another episode of it."""
     first = pairs("gps", "x", (20, 55))
     weak = row(BANK, "GPS.x", "BARO.x")
     raised = {**first, weak: [(20, 55), (55 + pause, 95)]}
     found = findings_with_a_weak_end(raised, weak, 56)
-    assert set(named(found)) == {"gps"}
-    assert [one.end for one in found] == ([95.0] if own else [55.0, 95.0])
+    assert named(found) == ["gps"]
+    assert (found[0].onset, found[0].end) == (20.0, 95.0)
+    assert len(causes_of(alarms_with_a_weak_end(raised, weak, 56))) == 1
+    episodes, _ = name(*episodes_of(alarms_with_a_weak_end(raised, weak, 56)))
+    assert len(episodes) == (1 if own else 2)
 
 
 @pytest.mark.parametrize(("pause", "follows"), [(LINKED_S, True), (LINKED_S + 0.25, False)])

@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from fdi.diagnosis.isolability import implementable_isolability
 from fdi.diagnosis.plain import alarm_words
-from fdi.diagnosis.undecided import left_open
+from fdi.diagnosis.undecided import FOLLOWED, NO_SIZE, ONLY_ACCUSE, left_open, not_testable
+from fdi.diagnosis.verdict import count_tests
 from fdi.telemetry import Flight
 
-from .build import alarms_of, bank_of, model, named, row
+from .build import RATE, alarms_of, bank_of, model, named, row
 
 SHOWN = {"gps": ["x"], "baro": ["x"], "radar": ["x"], "sun": ["y"], "star": ["y"]}
 BANK = bank_of(model(SHOWN))
@@ -61,32 +64,111 @@ def test_of_several_tests_the_first_is_told_and_the_others_are_counted():
 
 @pytest.mark.parametrize(("start", "flights", "is_told"), [(60, FLOWN, True), (5, FLOWN, False)])
 def test_a_test_that_left_health_in_flight_without_an_alarm_is_told(start, flights, is_told):
-    alarms = briefly(alarms_of(BANK, {}, flights=flights), SKY, start, start + 0.5)
+    alarms = briefly(alarms_of(BANK, {}, flights=flights), SKY, start, start + 1)
     (found,) = left_open(alarms, set(SHOWN) - {"sun"})
     brief = f"a test left health briefly: {words('sun', SKY)}, from {start:.1f} s"
     assert (found.text == brief) == is_told
 
 
+def test_a_moment_beyond_a_threshold_is_told_only_where_it_speaks_against_a_part():
+    """It does in the last seconds; elsewhere it keeps nobody from being cleared."""
+    for start, is_told in ((40, False), (88, True)):
+        alarms = briefly(alarms_of(BANK, {}, flights=FLOWN), SKY, start, start + 0.5)
+        (found,) = left_open(alarms, set(SHOWN) - {"sun"})
+        moment = f"a test left health for a moment: {words('sun', SKY)}, from {start:.1f} s"
+        assert (found.text == moment) == is_told
+
+
+def test_the_verdict_counts_each_test_of_which_an_open_part_is_told_that_it_left_health():
+    alarms = briefly(briefly(alarms_of(BANK, {}), SKY, 40, 41), BARO, 60, 60.5)
+    told = [one.component for one in left_open(alarms, set()) if "left health" in one.text]
+    assert told == ["sun", "star"]
+    found = count_tests(alarms)
+    assert (found.raised, found.strayed, found.touched) == (0, 1, 1)
+
+
 def test_an_alarm_is_told_before_what_left_health_earlier():
-    alarms = briefly(alarms_of(BANK, {BARO: [(50, 60)]}), RADAR, 30, 30.5)
+    alarms = briefly(alarms_of(BANK, {BARO: [(50, 60)]}), RADAR, 30, 31)
     (found,) = left_open(alarms, set(SHOWN) - {"gps"})
     assert found.text == f"an alarm concerns it: {words('gps', BARO)}, from 50.0 s, and 1 more"
 
 
 def test_an_alarm_on_the_ground_is_told_as_that():
     said = why("gps", {BARO: [(5, 15)]}, flights=FLOWN)
-    assert said == "1 of its 2 tests scatters more than at first, or raised an alarm on the ground"
+    assert said == "1 of its 2 tests raised an alarm on the ground"
+
+
+def test_a_test_that_scatters_more_is_told_as_that():
+    alarms = alarms_of(BANK, {}, flights=FLOWN)
+    t = alarms.residuals.t
+    values = np.zeros(alarms.state.shape)
+    values[BARO] = np.where(np.arange(len(t)) % 2, 0.1, -0.1) * np.where(t > 50, 3.0, 1.0)
+    rough = replace(alarms, residuals=replace(alarms.residuals, values=values))
+    (found,) = left_open(rough, set(SHOWN) - {"gps"})
+    assert found.text == "1 of its 2 tests scatters more than at first"
 
 
 def test_who_has_no_test_that_ran_is_told_so():
     assert why("sun", {}, unknown={SKY: [(0, 100)]}) == "no test of it ran"
 
 
-def test_tests_that_ended_early_are_counted():
-    said = why("gps", {}, unknown={BARO: [(70, 100)]})
-    assert said == "1 of its 2 tests did not run all the way to the end"
+@pytest.mark.parametrize(
+    ("gap", "said"),
+    [
+        ((30, 60), "1 of its 2 tests ran for less than 80% of the time in the air"),
+        ((85, 90), "1 of its 2 tests did not run in the last 5 s in the air"),
+    ],
+)
+def test_whether_a_test_ran_too_little_or_not_to_the_end_is_told(gap, said):
+    assert why("gps", {}, unknown={BARO: [gap]}, flights=FLOWN) == said
 
 
-def test_whose_tests_ran_and_were_quiet_has_none_that_says_how_small_a_fault_it_shows():
-    said = why("sun", {}, unknown={SKY: [(0, 0.25)]})
-    assert said == "its tests do not say how small a fault of it they would show"
+def test_of_whom_no_size_can_be_stated_is_told_so():
+    wide = np.full((len(BANK.generators), round(100 * RATE)), 1e3)
+    (found,) = left_open(alarms_of(BANK, {}, threshold=wide), set(SHOWN) - {"sun"})
+    assert found.text == NO_SIZE
+
+
+def test_parts_whose_tests_can_only_accuse_have_the_same_reason():
+    """One line for all of them, whatever else is so of their tests."""
+    more = "equations:\n  a: {text: x = y, fault: wing.lift, component: wing}\n"
+    bank = bank_of(model(SHOWN, {"wing": []}, more))
+    held = [i for i, one in enumerate(bank.generators) if "wing.lift" in one.faults]
+    for unknown in ({}, {place: [(70, 100)] for place in held}):
+        assert why("wing", {}, bank=bank, unknown=unknown) == ONLY_ACCUSE
+
+
+def test_a_sensor_that_is_compared_with_what_uses_it_is_told_as_that():
+    bank = bank_of(model({"gps": ["x"], "filter": ["x"]}, {"gps": ["filter"]}))
+    assert why("gps", {}, bank=bank) == FOLLOWED
+
+
+LOW = "limits:\n  low: {variable: x, min: 12, component: gps, says: shows less than 12 m}\n"
+
+
+def standing(bank):
+    """Alarms of a bank whose tests are all violated from the flight's beginning on."""
+    every = np.ones(len(bank.generators), bool)
+    values = np.full((len(every), round(100 * RATE)), 9.0)
+    unknown = {row: [(0, 100)] for row in range(len(every))}
+    alarms = alarms_of(bank, {}, unfit=every, unknown=unknown, flights=FLOWN)
+    return replace(alarms, residuals=replace(alarms.residuals, values=values))
+
+
+def test_a_limit_that_is_violated_from_the_beginning_on_is_named_where_nothing_else_was_tested():
+    bank = bank_of(model({"gps": ["x"]}, more=LOW), "mtes")
+    alarms = standing(bank)
+    (found,) = not_testable(alarms, bank, implementable_isolability(bank), flew=True)
+    assert found.text == "Gps shows less than 12 m: so from the beginning of the flight on"
+
+
+def test_a_limit_that_is_violated_from_the_beginning_on_is_named_where_other_tests_ran():
+    bank = bank_of(model({"gps": ["x"], "baro": ["x"]}, more=LOW))
+    low = [i for i, g in enumerate(bank.generators) if "low" in bank.describe(g)]
+    alarms = standing(bank)
+    fit = ~np.isin(np.arange(len(bank.generators)), low)
+    alarms = replace(
+        alarms, unfit=~fit, state=np.where(fit[:, None], 0, alarms.state).astype(np.int8)
+    )
+    (found,) = left_open(alarms, {"baro"})
+    assert "shows less than 12 m: so from the beginning of the flight on" in found.text

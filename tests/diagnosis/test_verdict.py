@@ -33,8 +33,9 @@ SKY = row(BANK, "SUN.y", "STAR.y")
 BARO, RADAR = row(BANK, "GPS.x", "BARO.x"), row(BANK, "GPS.x", "RADAR.x")
 
 
-def test_an_optional_part_of_its_own_stands_before_the_last_sentence():
-    assert _fitted(["One.", "Two."], ["Then."]) == "One. Then. Two."
+def test_an_optional_sentence_stands_last_and_is_given_up():
+    assert _fitted(["One.", "Two."], ["Then."], "Then.") == "One. Two. Then."
+    assert _fitted(["x" * 238 + "."], ["Then."], "Then.") == "x" * 238 + "."
 
 
 def test_an_optional_part_that_is_said_already_is_not_said_again():
@@ -97,14 +98,29 @@ def test_a_vehicle_on_the_ground_has_no_height_and_no_time_in_flight():
 
 
 def test_tests_are_counted_that_ran_that_raised_an_alarm_and_that_strayed():
-    """Of what was beyond its threshold for less than 0.75 s, three samples, nothing is said."""
+    """What was beyond its threshold for less than 0.75 s, three samples, is counted as a moment."""
     alarms = alarms_of(BANK, {SKY: [(40, 60)]}, unknown={BARO: [(0, 100)]})
     assert (found := count_tests(alarms)).all == len(BANK.generators)
-    assert (found.ran, found.raised, found.strayed) == (found.all - 1, 1, 0)
-    for samples, strayed in ((2, 0), (3, 1)):
+    assert (found.ran, found.raised, found.strayed, found.touched) == (found.all - 1, 1, 0, 0)
+    for samples, strayed, touched in ((2, 0, 1), (3, 1, 0)):
         state = alarms.state.copy()
         state[RADAR, 100 : 100 + samples] = 1
-        assert count_tests(replace(alarms, state=state)).strayed == strayed
+        found = count_tests(replace(alarms, state=state))
+        assert (found.strayed, found.touched) == (strayed, touched)
+
+
+def test_a_flight_without_accusation_tells_the_moments_in_which_a_test_left_health():
+    """ "All tests stayed within what health explains" is untrue as long as one did not."""
+    alarms = alarms_of(BANK, {})
+    whole = f"all {len(BANK.generators)} tests stayed within what health explains"
+    assert _quiet(count_tests(alarms)) == f"No component is accused: {whole}."
+    state = alarms.state.copy()
+    state[RADAR, 100:102] = 1
+    one = _quiet(count_tests(replace(alarms, state=state)))
+    assert one.endswith(f"{whole}, moments of less than 0.75 s in one of them aside.")
+    state[SKY, 100:102] = 1
+    two = _quiet(count_tests(replace(alarms, state=state)))
+    assert two.endswith(f"{whole}, moments of less than 0.75 s in 2 tests aside.")
 
 
 def test_what_the_tests_did_on_the_ground_is_not_counted():
@@ -138,7 +154,7 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
             FlightEnd(0, "in_air", 90.0, None, 80.0, "stop"),
             "All motors were told to stop in the air (log 80.0 s) and the log shows no recovery",
         ),
-        (FlightEnd(0, "in_air", 90.0), "The log ends in the air (log 90.0 s)"),
+        (FlightEnd(0, "in_air", 90.0), "The recording stops in flight (log 90.0 s)"),
         (FlightEnd(0, "landed", 90.0), "Landed (log 90.0 s)"),
     ],
 )
@@ -150,6 +166,8 @@ def test_how_a_flight_ended_is_told(end, said):
     ("counts", "said"),
     [
         ((9, 0, 0, 0), "Nothing in this telemetry could be tested."),
+        ((1, 0, 0, 0, 0, 1), "the only test is violated from the beginning of the flight on"),
+        ((9, 0, 0, 0, 0, 2), "2 of 9 tests are violated from the beginning of the flight on"),
         ((9, 8, 2, 1), "2 of 9 tests raised alarms"),
         ((9, 8, 0, 3), "3 of 9 tests left what health explains"),
         ((9, 8, 0, 0), "8 of 9 tests could run and stayed within"),
@@ -174,6 +192,10 @@ def test_a_size_is_told_in_short(size, said):
     assert _amount(size) == said
 
 
+def accused(confidence):
+    return SimpleNamespace(component="gps", confidence=confidence, rivals=(), inseparable_from=())
+
+
 def outlook_of(tests=(3, 3, 0, 0), *, findings=(), how="landed", landing=95.0, parts="", **more):
     text = model(SHOWN).replace("sun: {", f"sun: {{{parts}")
     flights = (Flight(0, 100, takeoff=5.0, landing=landing),)
@@ -184,7 +206,10 @@ def outlook_of(tests=(3, 3, 0, 0), *, findings=(), how="landed", landing=95.0, p
 
 def test_a_glance_tells_the_worst_that_is_known():
     motor = "group: propulsion, "
-    assert outlook_of(findings=[object()], how="impact") == "accused"
+    assert outlook_of(findings=[accused(0.99)], how="impact") == "accused"
+    assert outlook_of(findings=[accused(0.71)]) == "accused"
+    assert outlook_of(findings=[accused(0.69)]) == "suspected"
+    assert outlook_of(findings=[accused(0.69)], how="impact") == "ended badly"
     assert outlook_of(how="impact", parts=motor) == "ended badly"
     assert outlook_of((3, 0, 0, 0), parts=motor) == "untested"
     assert outlook_of((3, 3, 1, 0), parts=motor) == "alarms"

@@ -60,7 +60,7 @@ def test_the_system_that_is_asked_for_is_waited_for() -> None:
 
 def test_a_dead_link_and_its_return_are_a_line_each(heard: Hearing) -> None:
     assert heard.idle(3.9) == []
-    assert heard.idle(4.1) == ["the link is dead: system 1 has been heard for 3 s"]
+    assert heard.idle(4.1) == ["the link is dead: system 1 has not been heard for 3 s"]
     assert heard.idle(9.0) == []
     lines = heard.hear(piece(attitude(27.0)), 7.0)
     assert "the link is back after 6.0 s" in lines

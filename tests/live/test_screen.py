@@ -45,14 +45,13 @@ def watched() -> Watching:
     strength[7, t > NOW - 12] = 4.0
     bank = SimpleNamespace(
         generators=[SimpleNamespace(id=f"r{k}") for k in range(40)],
-        describe=lambda _: "GLOBAL_POSITION_INT.lat>est_latitude, " * 5,
     )
-    seen = Watching()
+    seen = Watching(says=("GPS receiver shows another latitude than the estimator, " * 3,) * 40)
     seen.alarms = SimpleNamespace(
         residuals=SimpleNamespace(bank=bank, t=t), strength=strength, unfit=np.zeros(40, bool)
     )
     seen.known = [watching.TestAlarm(7, NOW - 12, NOW - 0.25)]
-    seen.accused = [Accused("gps", NOW - 12, NOW - 10, 0.97)]
+    seen.accused = [Accused("gps", "GPS receiver", NOW - 12, NOW - 10, 0.997)]
     return seen
 
 
@@ -85,7 +84,8 @@ def test_the_banks_view_fits_and_begins_with_the_test_in_alarm(
     assert len(rows) == len(lines) - len(lines[: lines.index(rows[0])])  # none is wrapped
     assert rows[0].split()[:2] == ["r7", "4.00"]
     assert "█ " in rows[0]
-    assert " ".join(lines).startswith("ACCUSED: gps, it began 12 s ago (97 % sure)")
+    assert "GPS receiver shows" in rows[0]
+    assert " ".join(lines).startswith("ACCUSED: GPS receiver, 99 % sure, it began 12 s ago")
 
 
 def test_what_has_ended_is_told_as_such_and_silence_too(heard: Hearing, flown: Observing) -> None:

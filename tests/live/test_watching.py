@@ -62,7 +62,10 @@ def test_a_window_holds_the_residuals_of_the_whole_log(gps_glitch: Path, tmp_pat
         here, there = values[:, inside], whole[:, rows]
         np.testing.assert_allclose(here[exact], there[exact], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(here[sampled], there[sampled], rtol=0, atol=OTHER_MOMENTS)
-    assert any(line.startswith("ACCUSED: gps ") for line in lines)
+    assert any(line.startswith("ACCUSED: GPS receiver, 99 % sure, from ") for line in lines)
+    alarms = [line for line in lines if line.startswith("in alarm: ")]
+    assert any("GPS receiver shows another" in line for line in alarms)
+    assert not any(">" in line or "since boot, told" in line for line in alarms)
 
 
 def _whole(path: Path, learned: Learned) -> tuple[np.ndarray, np.ndarray, list[str]]:

@@ -167,3 +167,45 @@ def test_the_shipped_models_need_no_pint(tmp_path):
     )
     environment = {**os.environ, "FDI_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "h + v**2/19.6",
+            "h (m) does not fit v**2/19.6 (m^2/s^2); the factor 19.6 has no unit: "
+            "one with a unit is a parameter of its own",
+        ),
+        ("h + v*u", "h (m) does not fit v*u (m^2/s^2)"),
+        (
+            "yaw_rate + per_tail*n",
+            "yaw_rate (deg/s) does not fit per_tail*n (rad/s); "
+            "degrees are not converted inside equations: state rad/s",
+        ),
+        (
+            "heading + angle",
+            "heading (deg) does not fit angle (rad); "
+            "degrees are not converted inside equations: state rad",
+        ),
+        (
+            "wind + 2*v",
+            "wind (km/h) does not fit 2*v (m/s); "
+            "units are not converted inside equations: state both in m/s",
+        ),
+        (
+            "h + heading*h",
+            "h (m) does not fit heading*h (0.0175 times m); "
+            "degrees are not converted inside equations: state angles in rad",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_told_in_units_as_people_write_them(text, said):
+    units = UNITS | {
+        "yaw_rate": dimension("deg/s"),
+        "per_tail": dimension("rad/s"),
+        "wind": dimension("km/h"),
+    }
+    with pytest.raises(ModelError) as told:
+        dimension_of(parse(text), units)
+    assert told.value.message == said

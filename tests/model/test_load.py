@@ -514,3 +514,20 @@ def test_a_warm_load_needs_neither_parser_nor_checker(tmp_path):
             [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=60
         )
     assert done.stdout.strip() == "[]", done.stderr
+
+
+def test_an_unknown_key_is_told_with_the_known_ones_and_hides_nothing(tmp_path):
+    path = tmp_path / "slip.yaml"
+    path.write_text(
+        "format: 1\nname: slip\ncomponents:\n  gps: {group: sensor}\nvariables:\n  v: {unit: m/s}\n"
+        '  h: {unit: m}\nequations:\n  e_1: {text: "v = h", tolerence: 3}\nmeasurements:\n'
+        "  GPS_RAW_INT: {component: gps, fields: {vel: {variable: v, transform: 2}, "
+        "alt: {variable: h}}}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(ModelError) as told:
+        load_airframe(path)
+    slip, transform, units = told.value.problems
+    assert "e_1.tolerence: unknown key, did you mean 'tolerance'?; known are" in slip
+    assert "vel.transform: unknown key; known are accuracy," in transform
+    assert "v (m/s) does not fit h (m)" in units

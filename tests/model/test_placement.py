@@ -1,6 +1,7 @@
 """Which messages that a log lacks would show more."""
 
 from itertools import combinations
+from pathlib import Path
 
 import pytest
 
@@ -9,9 +10,12 @@ from fdi.model import load_airframe
 from fdi.model import placement as rules
 from fdi.model.placement import place
 from fdi.structure import detectable, isolability
+from fdi.telemetry import read
+from fdi.telemetry.dialect import definition_by_name
 
 from .test_system import stub_log
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "crash_logs"
 MODEL = """format: 1
 name: balloon
 components:
@@ -147,3 +151,12 @@ def test_who_gains_most_stands_first(balloon):
     some = rules.Gain("some", ("a", "b"), ())
     few = rules.Gain("few", (), (("a", "b"),))
     assert [one.name for one in rules._ordered([few, some, many])] == ["many", "some", "few"]
+
+
+@pytest.mark.parametrize("model", ["quadcopter", "fixed_wing"])
+def test_a_message_is_told_once_and_by_a_name_that_the_format_has(model):
+    log = read(EXAMPLES / "copter_motor_failure_crash.tlog")
+    candidates = place(load_airframe(model), log).candidates
+    assert len(candidates) == len(set(candidates)) > 0
+    assert all(definition_by_name(name) is not None for name in candidates)
+    assert not set(candidates) & log.messages.keys()

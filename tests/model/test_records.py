@@ -9,7 +9,18 @@ from fdi.errors import ModelError
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
 from fdi.model.expression import Apply, Number, Symbol, parse, to_text
-from fdi.model.records import GAP_S, SAME_S, change, integral, noise, recent, sampled, span, still
+from fdi.model.records import (
+    GAP_S,
+    SAME_S,
+    change,
+    integral,
+    kept,
+    noise,
+    recent,
+    sampled,
+    span,
+    still,
+)
 from fdi.telemetry.signals import TIME
 
 FUNCTIONS = (change, integral, span, noise, sampled)
@@ -432,3 +443,18 @@ def test_one_field_is_one_column_over_a_while(tmp_path):
     old = "measurements:\n  VFR_HUD: {fields: {groundspeed: {variable: w, accuracy: 1 m/s}}}\n"
     with pytest.raises(ModelError, match=r"VFR_HUD.airspeed:over has another value at .*:10"):
         airframe(tmp_path, old, "measurements:\n  VFR_HUD:\n    fields:\n" + more)
+
+
+def test_what_is_kept_is_known_until_such_records_come_again():
+    """Records of 3 s with a mean of 5, nothing for a minute, then 3 s with a mean of 7."""
+    t = np.arange(0.0, 80.0, 0.1)
+    values = np.select([t < 4.05, t > 70.0], [5.0, 7.0], np.nan)
+    found = kept(t, values, 3.0)
+    assert np.isnan(found[t < 2.9]).all()
+    assert found[(t > 3.1) & (t < 72.9)] == pytest.approx(5.0)
+    assert found[t > 73.2] == pytest.approx(7.0)
+
+
+def test_what_is_kept_is_no_mean_across_a_gap():
+    t = np.concatenate([np.arange(0.0, 2.0, 0.1), np.arange(10.0, 12.0, 0.1)])
+    assert np.isnan(kept(t, np.where(t < 5, 1.0, -1.0), 3.0)).all()

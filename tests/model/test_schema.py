@@ -90,11 +90,12 @@ def test_components_and_variables_that_say_nothing_more(tmp_path):
     assert (v.low, v.high, v.circular, v.description) == (None, None, False, "")
     changed = load(
         tmp_path,
-        ("gps: {}", "gps: {computed: true, ends_log: true}"),
+        ("gps: {}", "gps: {computed: true, ends_log: true, records: true}"),
         ("v: {unit: m/s}", "v: {unit: m/s, domain: [0, 9]}"),
     )
     assert changed.components["gps"].computed
     assert changed.components["gps"].ends_log
+    assert changed.components["gps"].records
     assert (changed.variables["v"].low, changed.variables["v"].high) == (0.0, 9.0)
 
 

@@ -226,3 +226,18 @@ def test_by_what_a_message_reports_its_accuracy_is_read_only_where_asked_for():
     assert read_by(shown, ()) == (gps,)
     assert read_by(shown, (), accuracy=True) == (gps, Channel.parse("GPS.vel_acc"))
     assert read_by(shown, ("vel_acc",), accuracy=True) == (gps,)
+
+
+@pytest.mark.parametrize(
+    ("written", "anew", "flies"),
+    [
+        ("max: 30", "max: 30", False),
+        ("max: 30", "max: 30, when: airborne", True),
+        ("variable: a", "variable: a, when: phase == 'flight'", True),
+        ("variable: a", "variable: a, freeze: 4 s", False),
+    ],
+)
+def test_what_has_no_statement_about_flight_drives_or_swims(tmp_path, written, anew, flies):
+    path = tmp_path / "m.yaml"
+    path.write_text(MODEL.replace(written, anew), encoding="utf-8")
+    assert load_airframe(path).observe().flies == flies

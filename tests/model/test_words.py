@@ -64,7 +64,7 @@ def test_words_name_neither_variables_nor_bare_numbers(name):
 
 @pytest.mark.parametrize("name", shipped_models())
 def test_words_begin_with_a_verb_where_a_component_is_concerned(name):
-    """They stand behind its name: "GPS receiver has lost its position fix"."""
+    """They stand behind its name: "GPS receiver has no position fix"."""
     for equation in load_airframe(name).equations:
         if equation.says and equation.component not in (None, "vibration"):
             assert re.match(r"(is|[a-z]+s) ", equation.says), equation.says
@@ -109,3 +109,19 @@ def test_words_and_marks_of_an_own_model_reach_the_system(own):
 def test_words_that_no_pilot_would_say_are_refused(own, says):
     with pytest.raises(ModelError, match="says"):
         own(says)
+
+
+@pytest.mark.parametrize("method", ["heading", "observer"])
+def test_a_column_of_a_method_without_unit_says_in_what_it_is_counted(method: str) -> None:
+    """ "off by up to 5.68, 3.66 is within health" leaves a pilot asking: of what?"""
+    without_unit = set()
+    for model in shipped_models():
+        airframe = load_airframe(model)
+        for measurement in airframe.measurements:
+            variable = airframe.variables[measurement.variable]
+            if measurement.made_by == method and variable.unit == "1":
+                without_unit.add(variable.description)
+    assert without_unit
+    for said in without_unit:
+        counted = said.endswith((", in times the usual scatter", ", as a share of its threshold"))
+        assert counted or said.startswith("whether ")

@@ -18,6 +18,7 @@ from fdi.diagnosis import (
     Consequence,
     Ending,
     Evidence,
+    Fact,
     Finding,
     First,
     NotTestable,
@@ -27,6 +28,7 @@ from fdi.diagnosis import (
     WouldShow,
     diagnose,
 )
+from fdi.methods.setup import Check
 from fdi.model import load_airframe
 from fdi.residuals import build_bank
 from fdi.residuals.latency import Lag
@@ -131,6 +133,15 @@ LAG = Lag(
 )
 
 
+LIMITS = Check(
+    "motor limits",
+    "not known",
+    "in 9 % (3 to 20 %) of the time in the air a motor is at its upper limit",
+    {"share": 0.09, "share_least": 0.03, "share_most": 0.2},
+    strikes=True,
+)
+
+
 def small_analysis(
     folder: Path, log: Log | None = None, model: str = MODEL, **changes: Any
 ) -> Analysis:
@@ -156,6 +167,8 @@ def small_analysis(
         alarms=alarms,
         diagnosis=diagnosis,
         estimator=None,
+        setup=(LIMITS,),
+        stood_out=(Fact("motor limits", LIMITS.text),),
         lags=(LAG,),
         warnings=("VFR_HUD.climb: this log has no field climb",),
         timings={"read": 0.1},

@@ -21,7 +21,7 @@ from fdi.report.convert import LONGEST, file_names
 from fdi.result import Analysis
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
-from fdi.units import Conversion
+from fdi.units import Conversion, si
 
 from .build import message, small_log
 from .test_documents import log_validator
@@ -44,10 +44,34 @@ def test_pandas_reads_the_frames_of_the_log(path: Path, tmp_path: Path) -> None:
     document = json.loads((tmp_path / "out" / "metadata.json").read_text())
     log_validator().validate(document)
     assert set(document["files"]) == set(log.messages)
+    fields = {told["name"]: told["fields"] for told in document["messages"]}
     for key, name in document["files"].items():
-        pd.testing.assert_frame_equal(
-            pd.read_parquet(tmp_path / "out" / name), log[key].frame(), check_freq=False
+        written, schema = (
+            pd.read_parquet(tmp_path / "out" / name),
+            pq.read_schema(tmp_path / "out" / name),
         )
+        for field in schema:
+            unit = (field.metadata or {}).get(b"unit", b"").decode()
+            assert field.name == "t" or unit == (fields[key][field.name] or "")
+            if field.name != "t" and fields[key][field.name] is not None:
+                read_back = si(unit)
+                written[field.name] = written[field.name] * read_back.scale + read_back.offset
+        pd.testing.assert_frame_equal(written, log[key].frame(), check_freq=False, rtol=1e-12)
+
+
+def test_a_column_holds_the_unit_that_its_name_says(tmp_path: Path) -> None:
+    """``ATTITUDE.time_boot_ms`` was written in seconds."""
+    stamps = np.array([51929, 4294967295, 52129], np.uint32)
+    column = Column(lambda: stamps, si("ms"), (4294967295,))
+    log = log_with(time_boot_ms=column)
+    convert(log, tmp_path)
+    table = pq.read_table(tmp_path / "M.parquet")
+    assert table["time_boot_ms"].to_pylist() == [51929.0, None, 52129.0]
+    assert table.schema.field("time_boot_ms").metadata[b"unit"] == b"ms"
+    told = json.loads((tmp_path / "metadata.json").read_text())["messages"][0]
+    assert told["fields"]["time_boot_ms"] == "ms"
+    again = read(tmp_path / "M.parquet").channel("M.time_boot_ms")
+    assert (again.unit, again.value[0]) == ("s", 51.929)
 
 
 def texts(values: list[str]) -> Column:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fdi.methods.estimator.findings import Finding as EstimatorFinding
 from fdi.report.html import html_report
 from fdi.report.page.script import script, style
 from fdi.result import Analysis
@@ -149,6 +150,15 @@ def test_the_page_says_which_flight_the_estimators_findings_are_of(analysis: Ana
     assert "own estimator noticed in flight 2 of 2, the only one looked at</h2>" in told
     assert 'href="#estimator"' in told
     assert 'id="estimator"' not in html_report(analysis)
+
+
+def test_a_column_of_remarks_stands_there_only_with_a_remark(analysis: Analysis) -> None:
+    early = EstimatorFinding("rejected", 50.0, 51.0, "velocity is rejected")
+    assert "<th>remark</th>" not in html_report(noticed(analysis, early, flights=1))
+    late = replace(early, is_late=True)
+    told = html_report(noticed(analysis, early, late, flights=1))
+    assert "<th>remark</th>" in told
+    assert told.count("<td>after the upset: a consequence</td>") == 1
 
 
 def test_the_page_names_a_frame_that_is_no_ordinary_one(analysis: Analysis) -> None:

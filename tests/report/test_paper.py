@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flights import EXAMPLES
 from matplotlib.text import Text
 
+from fdi.analysis import analyze
 from fdi.diagnosis import Isolability
 from fdi.errors import UsageError
+from fdi.model.parts import Kind
+from fdi.report.page.evidence import Court
 from fdi.report.paper import DPI, FIGURES, draw
 from fdi.report.paper.column import thinned
 from fdi.report.paper.grid import MOST_ROWS, grid_rows
@@ -73,6 +77,32 @@ def test_what_cannot_be_drawn_is_said_in_one_line(analysis, what, asked, said):
     with pytest.raises(UsageError, match=said) as caught:
         analysis.plot(what, **asked)
     assert "\n" not in str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def crash():
+    return analyze(EXAMPLES / "copter_motor_failure_crash.tlog")
+
+
+def test_a_limit_is_violated_upwards_on_the_page_and_in_the_figure(crash):
+    """The figure drew the residual of a limit as negative, the page as positive."""
+    finding = crash.findings[0]
+    figure = crash.plot("evidence")
+    generator = next(g for g in crash.bank.generators if g.id == finding.evidence.telling)
+    assert crash.system.equations[generator.residual].kind is Kind.LIMIT
+    panels = Court(crash).of_finding(finding).panels()
+    shown = next(one for one in panels if one.title.startswith(f"{generator.id}: residual"))
+    drawn = next(y for line in figure.axes[0].lines if len(y := line.get_ydata()) > 2)
+    assert np.nanmax(drawn) == pytest.approx(np.nanmax(shown.curves[0].value))
+    assert np.nanmax(drawn) > 0
+    assert np.nanmin(drawn) >= 0
+
+
+def test_a_figure_says_what_an_alarm_means_and_no_unit_where_there_is_none(crash):
+    shown = texts(crash.plot("evidence"))
+    assert crash.findings[0].evidence.telling in shown  # the label of the axis
+    assert not any("no unit" in text or "<=" in text for text in shown)
+    assert any(text.startswith("Motor 1") for text in shown)
 
 
 def test_a_healthy_flight_has_a_grid_and_no_evidence(analysis):

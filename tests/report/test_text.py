@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from fdi.diagnosis.values import Agreement
 from fdi.methods.estimator import estimator_health
 from fdi.methods.estimator.findings import Finding as EstimatorFinding
 from fdi.report import log_summary, print_summary, summary
@@ -170,6 +171,13 @@ def noticed(analysis: Analysis, *findings: EstimatorFinding, flights: int) -> An
     log._cache["flights"] = analysis.log.flights * flights
     health = replace(estimator_health(log), findings=findings)
     return replace(analysis, log=log, estimator=health)
+
+
+def test_what_a_method_says_of_two_findings_of_one_part_is_told_once(analysis: Analysis) -> None:
+    said = "only the method heading shows that the compass failed: no test of the model does"
+    twice = tuple(Agreement("heading", 0, rank, True, said) for rank in (1, 3))
+    told = summary(replace(analysis, diagnosis=replace(analysis.diagnosis, methods=twice)))
+    assert " ".join(told.split()).count(said) == 1
 
 
 def test_it_is_told_which_flight_the_estimators_findings_are_of(analysis: Analysis) -> None:

@@ -15,6 +15,7 @@ from fdi.report.words import (
     at,
     clean,
     copied,
+    flown,
     into_flight,
     latencies,
     log_time,
@@ -105,6 +106,7 @@ SECOND = Flight(200, 300)
         (12, (FIRST,), "8.0 s before take-off"),
         (150, (FIRST,), "2 min 30.0 s into the log"),
         (5, (), "5.0 s into the log"),
+        (-0.4, (FIRST,), "0.4 s before the first record"),
         (25, (Flight(10, 100, flew=False),), "25.0 s into the log"),
         (25, (FIRST, SECOND), "5.0 s into flight 1"),
         (205, (FIRST, SECOND), "5.0 s into flight 2"),
@@ -145,7 +147,7 @@ def test_a_message_that_repeats_another_is_one_line_with_what_is_left_out():
     )
     system = SimpleNamespace(copies=copies, implied={"mag_2": copies[0]})
     assert copied(system) == [
-        "SCALED_IMU2 repeats RAW_IMU (xmag, ymag): no witness; left out: mag_2"
+        "SCALED_IMU2 repeats RAW_IMU (xmag, ymag): not counted; left out: mag_2"
     ]
 
 
@@ -156,3 +158,22 @@ def test_only_accuracies_worse_than_stated_are_told():
         "GPS_RAW_INT.vel reports 0.7 m/s in the median, 4.9 m/s at worst; the model states "
         "0.5 m/s, and 0.7 m/s is used in the median, bounded for 10 % of the flight"
     ]
+
+
+def test_an_accuracy_that_differs_beyond_the_printed_digits_is_not_told_as_worse():
+    same = Told(Channel("GPS_RAW_INT", "vel"), "m/s", 0.5, 0.43, 0.5, 0.503, 0.0)
+    assert accuracies([same]) == []
+
+
+def test_the_accuracy_of_a_place_is_told_in_metres():
+    place = Told(Channel("GPS_RAW_INT", "lat"), "rad", 2e-7, 3e-7, 3e-7, 1e-6, 0.0)
+    assert accuracies([place]) == [
+        "GPS_RAW_INT.lat reports 1.9 m in the median, 6.4 m at worst; the model states 1.3 m, "
+        "and 1.9 m is used in the median"
+    ]
+
+
+def test_a_log_without_a_landing_stops_in_flight():
+    assert flown([Flight(0, 60)]) == "1 flight; the recording stops in flight"
+    two = [Flight(0, 60, landing=50), Flight(90, 120)]
+    assert flown(two) == "2 flights; the recording stops in the last of them"

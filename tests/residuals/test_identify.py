@@ -136,19 +136,26 @@ def test_what_contradicts_the_bounds_is_refused_and_told(bank):
     gain, zero, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), 4.0)))
     assert (zero.source, zero.value, zero.std) == ("default", 1.0, 0.5)
     assert (gain.source, gain.value, gain.std) == ("default", 2.0, 0.5)
-    assert warnings == ("zero, gain not identified: the flight's beginning is beyond their bounds",)
+    assert warnings == (
+        "zero, gain: not learned from this flight, "
+        "whose beginning does not fit the range of the model",
+    )
 
 
 def test_a_log_that_is_too_short_tells_nothing(bank):
     gain, zero, warnings = told(bank, flown(bank, seconds=3))
     assert (gain.source, gain.std) == ("default", 0.5)
     assert (zero.source, zero.std) == ("default", 0.5)
-    assert warnings == ("zero, gain not identified: the flight's beginning tells too little",)
+    assert warnings == (
+        "zero, gain: not learned from this flight, because its beginning tells too little",
+    )
 
 
 def test_unknown_columns_tell_nothing(bank):
     _, _, warnings = told(bank, flown(bank, off=lambda t: np.full(len(t), np.nan)))
-    assert warnings == ("zero, gain not identified: the flight's beginning tells too little",)
+    assert warnings == (
+        "zero, gain: not learned from this flight, because its beginning tells too little",
+    )
 
 
 def test_what_is_not_linear_is_not_identified_and_told(tmp_path):
@@ -156,7 +163,9 @@ def test_what_is_not_linear_is_not_identified_and_told(tmp_path):
     bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
     gain, _, warnings = told(bank, flown(bank))
     assert gain.source == "default"
-    assert warnings == ("zero, gain not identified: left is not linear in them",)
+    assert warnings == (
+        "zero, gain: not learned from this flight, because left is not linear in them",
+    )
 
 
 @pytest.mark.parametrize(
@@ -241,7 +250,8 @@ def test_one_parameter_is_not_adapted_beyond_two_learned_deviations(bank):
     assert abs(zero.value - learned["zero"].value) <= 0.2
     assert (zero.std, zero.shares) == (0.1, ())  # its own, not what the refused fit shares out
     said = (
-        "zero not identified: the flight's beginning is beyond two deviations of what was learned"
+        "zero: not learned from this flight, whose beginning does not fit "
+        "the range of two deviations of what earlier flights taught"
     )
     assert warnings == (said,)
 

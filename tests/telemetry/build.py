@@ -98,6 +98,11 @@ class Flight:
             return self.height, 0.0
         return self.down * (ground - t), -self.down
 
+    @staticmethod
+    def given(tick: int, *, flying: bool) -> list[int]:
+        """Return what a controller that is at work gives its four motors, us."""
+        return [1600 + (3 * tick + 5 * motor) % 11 if flying else 1000 for motor in range(4)]
+
     def messages(self, t: float, tick: int) -> list[mav.MAVLink_message]:
         height, climb = self.height_at(t)
         ms = round((self.boot + t) * 1000)
@@ -120,7 +125,7 @@ class Flight:
             mav.MAVLink_vfr_hud_message(0.0, 0.0, 6, 40 if flying else 0, 400 + height, climb),
             mav.MAVLink_raw_imu_message(ms * 1000, 3, -2, -1000, 1, 2, 3, 200, 10, 400),
             mav.MAVLink_servo_output_raw_message(
-                (ms * 1000) % 2**32, 0, *([1600 if flying else 1000] * 4), *([0] * 4)
+                (ms * 1000) % 2**32, 0, *self.given(tick, flying=flying), *([0] * 4)
             ),
             mav.MAVLink_gps_raw_int_message(
                 ms * 1000, 3, 473000000, 85000000, 400000, 80, 120, 0, 65535, 12

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from .build import EPOCH, Flight, mav, record
+from .fuzz.clocks import places_of
+from .fuzz.mutations import with_checksum
 
 BASE = Flight()
 
@@ -125,6 +127,21 @@ def test_repeated_gps_fix_is_left_out_until_it_is_old(load):
     early = gps.t[gps.t < 10.5]
     assert np.allclose(np.diff(early), 1.0, atol=0.01)
     assert np.sum(gps.t > 11.5) > 35
+
+
+@pytest.mark.parametrize("messages", [(30,), None])
+def test_message_that_always_says_one_time_does_not_tell_it(load, messages):
+    """ATTITUDE comes most often; who has no clock fills in 0."""
+    records = Flight().records()
+    whole = load(b"".join(records))
+    told = [p for p in places_of("tlog", tuple(records)) if p.clock != "recorder"]
+    for place in told:
+        if messages is None or place.clock in {f"vehicle {one}" for one in messages}:
+            records[place.chunk] = with_checksum(place.written(records[place.chunk], 0))
+    log = load(b"".join(records))
+    assert log.duration == pytest.approx(whole.duration, abs=0.2)
+    assert log["ATTITUDE"].t.size == whole["ATTITUDE"].t.size
+    np.testing.assert_allclose(log["ATTITUDE"].t, whole["ATTITUDE"].t, atol=0.2)
 
 
 def test_log_without_any_boot_time_uses_the_stamps(load):

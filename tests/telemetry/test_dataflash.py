@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
+from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.formats.dataflash.events import error_words
 from fdi.telemetry.formats.dataflash.layouts import CHARACTERS
 from fdi.telemetry.formats.dataflash.records import all_records
 
@@ -276,6 +278,36 @@ def test_record_with_damaged_time_has_that_of_its_place(load):
     assert log.duration == whole.duration
 
 
+def timed(number: int, us: int, form: str = "", *values: object) -> bytes:
+    """Return a record of a type whose first field is the time."""
+    return b"\xa3\x95" + bytes([number]) + struct.pack("<Q" + form, us, *values)
+
+
+@pytest.mark.parametrize("leap_s", [5, 268, 590])
+def test_one_of_the_last_records_does_not_stretch_the_log(load, leap_s):
+    """No checksum guards it; what is written after it says that it was earlier."""
+    end = 1_000_000 + 100_000 * 49
+    late = timed(21, end + leap_s * 1_000_000, "64s", b"one bit is wrong, or it goes on")
+    after = timed(21, end + 1000, "64s", b"after it")
+    log = load(small() + late + after)
+    assert log.duration == pytest.approx(4.9, abs=0.01)
+    assert [q.kind for q in log.quality if "damaged time" in q.text] == ["repaired"]
+    assert load(small() + after + late).duration == pytest.approx(4.9 + leap_s)
+
+
+def test_parameters_in_plenty_at_the_beginning_do_not_tell_the_time_of_the_rest(load):
+    many = b"".join(timed(22, 1_000_000 + i, "16sf", b"P%d" % i, i) for i in range(500))
+    start, size = len(small(0)), 20
+    data = bytearray(small(0) + many + small(450)[start:])
+    whole = load(bytes(data))
+    for at in range(start + len(many) + 20 * size, len(data), 11 * size):
+        data[at + 6] ^= 0x08  # 134 s
+    log = load(bytes(data))
+    assert log.duration == pytest.approx(whole.duration, abs=0.2)
+    for key in ("BARO", "BARO[1]"):
+        np.testing.assert_allclose(log[key].t, whole[key].t, atol=0.2)
+
+
 def test_later_boot_begins_where_the_earlier_one_ends(load):
     """Its first records are in it, though they come before the first one of the most frequent."""
     first, again = small(), small(30)
@@ -284,3 +316,12 @@ def test_later_boot_begins_where_the_earlier_one_ends(load):
     assert log.clock.boot(log["BARO"].t[51]) == pytest.approx(1.1)
     assert log["MSG"].t[1] == pytest.approx(4.9, abs=0.01)
     assert log["BARO"].t[-1] == pytest.approx(4.9 + 2.9, abs=0.01)
+
+
+def test_errors_of_the_firmware_are_told_in_words():
+    table = data_table("errors_dataflash")
+    assert set(table["codes"]) <= set(table["subsystems"])
+    told = error_words(6, 1)
+    assert told == "battery failsafe: voltage or remaining charge below its limit"
+    assert error_words(10, 6) == "flight mode number 6 could not be entered"
+    assert error_words(16, 77) == "error of EKF check, code 77"

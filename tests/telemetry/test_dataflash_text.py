@@ -83,6 +83,20 @@ def test_rates_are_hundredths_of_a_degree_until_copter_3_4(load, version, share)
     np.testing.assert_allclose(log["ATTITUDE"].si("rollspeed"), np.deg2rad(90 * share), rtol=1e-12)
 
 
+@pytest.mark.parametrize(("gyro", "share"), [(1.5, 1.0), (0.015, 0.01)])
+def test_between_both_versions_the_gyroscopes_tell_the_unit_of_rates(load, gyro, share):
+    """Development versions of 3.4: 90 is 1.57 rad/s, or a hundredth of that."""
+    head = HEAD.replace(b"ArduCopter V3.1 (abcdef01)", b"APM:Copter V3.4-dev (abcdef01)")
+    layout = b"FMT, 5, 17, RATE, Iff, TimeMS,RDes,R\nFMT, 6, 17, IMU, Iff, TimeMS,GyrX,GyrY\n"
+    rows = b"".join(
+        b"RATE, %d, 1, %d\nIMU, %d, %f, 0\n" % (t, 90 * sign, t, gyro * sign)
+        for t, sign in ((1000 + 100 * i, (-1) ** i) for i in range(20))
+    )
+    log = load(head + layout + b"".join(attitude(i) for i in range(20)) + rows)
+    rates = np.abs(log["RATE"].si("R"))
+    np.testing.assert_allclose(rates, np.deg2rad(90 * share), rtol=1e-12)
+
+
 def test_text_with_commas_is_whole_and_what_stands_before_the_records_is_a_text(load):
     texts = {event.text for event in load(small()).events if event.kind == "text"}
     assert {"hello, world, again", "Free RAM: 1000"} <= texts

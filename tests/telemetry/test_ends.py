@@ -26,6 +26,9 @@ class Made(dict):
 
     raw = si
 
+    def has_known(self, name):
+        return bool(np.isfinite(self[name]).any())
+
     @property
     def fields(self):
         return tuple(self)
@@ -59,6 +62,35 @@ def test_a_level_flight_ends_as_its_motion_says():
     assert ends(Flight(2.0, 60.0, flew=False)).how == "on_ground"
     blow = ends(Flight(2.0, 60.0, takeoff=3.0, impact=58.0, impact_speed=9.0))
     assert (blow.how, blow.at, blow.speed, blow.lost_control) == ("impact", 58.0, 9.0, None)
+
+
+LANDS = Flight(2.0, 60.0, takeoff=3.0, landing=50.0)
+
+
+@pytest.mark.parametrize("since", [49.2, 51.0, 54.0])
+def test_who_falls_on_its_side_as_it_touches_the_ground_tips_over(since):
+    end = ends(LANDS, roll=after(since, 1.6))
+    assert (end.how, end.at, end.lost_control) == ("tipped_over", 50.0, None)
+    assert end.is_bad
+
+
+def test_who_is_turned_over_by_hand_later_has_landed():
+    assert ends(LANDS, roll=after(57.0, 1.6)).how == "landed"
+
+
+def test_who_is_turned_over_after_disarming_has_landed_too():
+    off = Event(50.5, "disarm", "")
+    assert ends(LANDS, roll=after(53.0, 1.6), events=[off]).how == "landed"
+    assert ends(LANDS, roll=after(51.0, 1.6), events=[off]).how == "tipped_over"
+
+
+def test_who_rocks_as_it_touches_the_ground_has_landed():
+    assert ends(LANDS, roll=after(50.5, 1.6) - after(51.0, 1.6)).how == "landed"
+
+
+def test_control_that_was_lost_long_before_is_not_the_grounds_doing():
+    end = ends(LANDS, roll=after(40.0, 1.6))
+    assert (end.how, end.lost_control) == ("control_lost", pytest.approx(40.0, abs=0.11))
 
 
 def test_control_is_lost_since_it_leans_where_nobody_wants_it():

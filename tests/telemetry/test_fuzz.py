@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -16,10 +17,13 @@ from .fuzz.__main__ import ALONE, run
 from .fuzz.heads import heads
 from .fuzz.mutations import make_input, reader_of
 from .fuzz.smaller import smaller
-from .fuzz.worker import WHOLE
+from .fuzz.whole import MORE
+from .fuzz.worker import CLOCKS, FLIGHTS, WHOLE
 
-INPUTS = 2000
-ANALYSED = range(50, 80)  # a report is written of 50 and 75; 64 once ended with exit code 2
+INPUTS = 1000
+ANALYSED = range(50, 66)  # a report is written of 50; 64 once ended with exit code 2
+CLOCKED = 200
+FLOWN = len(MORE)
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.input"))
 
 
@@ -45,14 +49,26 @@ def test_what_failed_once_does_not_fail_again():
     assert not [s for s in said if "what" in s]
 
 
-def test_no_input_of_two_thousand_fails():
-    """A hundredth of the soak: some 20 ms of CPU each."""
+def test_no_input_of_a_thousand_fails():
+    """A two-hundredth of the soak: some 20 ms of CPU each."""
     assert not run(0, INPUTS, os.cpu_count() or 1)
 
 
 def test_wrong_definitions_and_metadata_never_end_as_a_wrong_command_line():
     """Through the whole analysis, by its exit code: 0 or 3. More of them: `make soak`."""
     assert not run(ANALYSED.start, len(ANALYSED), os.cpu_count() or 1, [WHOLE])
+
+
+def test_no_damaged_clock_of_two_hundred_stops_a_reader():
+    assert not run(0, CLOCKED, os.cpu_count() or 1, [CLOCKS])
+
+
+def test_no_damaged_clock_of_a_flight_costs_a_command_more_than_it_may():
+    """Every command once: 20 times the undamaged log's CPU, 1 GB. More of them: `make soak`."""
+    costs = []
+    assert not run(0, FLOWN, 1, [FLIGHTS], costs)
+    assert Counter(what for what, *_ in costs) == {"analyze": FLOWN, **dict.fromkeys(MORE, 1)}
+    assert max(times for _, _, times, _ in costs) < 20
 
 
 def test_every_head_is_a_log_before_it_is_mutated(tmp_path):

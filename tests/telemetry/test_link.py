@@ -1,5 +1,7 @@
 """For how long a telemetry log heard nothing, against the times at which it heard something."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from flights import analysis_of, shared
@@ -7,8 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fdi
+from fdi import analyze
 from fdi.telemetry.meaning import link_of, with_link
 from fdi.telemetry.message import Message
+
+from .fuzz.heads import telemetry_records
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def message(name, times):
@@ -58,6 +65,29 @@ def test_a_link_that_is_silent_is_named_and_nothing_else(case):
     assert [finding.component for finding in found] == ["telemetry_link"]
     assert found[0].onset == pytest.approx(43.5, abs=0.3)
     assert found[0].end == pytest.approx(55.7, abs=0.3)
+
+
+def cut(name, share, tmp_path):
+    """Return an example from whose records this share is left out behind the half."""
+    records = list(telemetry_records((EXAMPLES / f"{name}.tlog").read_bytes()))
+    half, on = len(records) // 2, int((0.5 + share) * len(records))
+    path = tmp_path / "cut.tlog"
+    path.write_bytes(b"".join([*records[:half], *records[on:]]))
+    return path
+
+
+def test_a_gap_cut_into_a_healthy_flight_is_told_as_one_of_the_recording(tmp_path):
+    analysis = analyze(cut("healthy_logs/copter_gusts", 0.2, tmp_path))
+    assert [finding.component for finding in analysis.findings] == ["telemetry_link"]
+    said = "Telemetry link left a gap in the recording (99 % sure), 32.3 s into flight"
+    assert analysis.verdict.startswith(said)
+    assert "failed" not in analysis.verdict
+
+
+def test_a_gap_is_no_earlier_failure_of_the_vehicle_and_explains_no_impact(tmp_path):
+    analysis = analyze(cut("crash_logs/copter_motor_failure_crash", 0.25, tmp_path))
+    assert {finding.component for finding in analysis.findings} >= {"motor_1", "telemetry_link"}
+    assert "Motor 1 (front right) failed first (99 % sure)" in analysis.verdict
 
 
 @pytest.mark.parametrize("case", shared("sitl/copter/c10_motor1_x0.7_20s.BIN"))

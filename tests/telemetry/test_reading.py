@@ -5,6 +5,7 @@ import os
 
 import numpy as np
 import pytest
+from flights import EXAMPLES
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -262,3 +263,9 @@ def test_no_damage_raises_anything_but_our_errors(load, data):
 def test_checksum_of_a_log_is_that_of_its_file(load):
     data = INTACT.bytes()
     assert load(data).sha256 == hashlib.sha256(data).hexdigest()
+
+
+def test_a_log_counts_its_flights_as_a_person_does() -> None:
+    log = read(EXAMPLES / "copter_motor_failure_crash.tlog")
+    assert len(log.flights) == 1
+    assert ", 1 flight, " in repr(log)

@@ -191,6 +191,19 @@ def test_validity_sees_the_flight_state(load):
     assert (signals.state.airborne[known]).all()
 
 
+@pytest.mark.parametrize(("silent_s", "rate"), [(1000, 10.0), (3000, 5.0), (10_000, 1.0)])
+def test_automatic_rate_is_lower_where_records_cannot_fill_its_grid(silent_s, rate):
+    tenths = [i / 10 for i in range(50)]
+    log = log_of([*tenths, *(silent_s + t for t in tenths)], [1.0] * 100)
+    assert resample(log, (Request(A, ("a",)),), Sampling()).rate_hz == rate
+
+
+def test_silence_of_hours_with_a_few_records_makes_no_grid():
+    log = log_of([0.0, 0.1, 0.2, 30_000.0], [1.0] * 4)
+    with pytest.raises(LogError, match="its times are nonsense: 30000 s at 1 Hz"):
+        resample(log, (Request(A, ("a",)),), Sampling())
+
+
 def test_log_whose_times_are_nonsense_makes_no_endless_grid():
     log = log_of([0.0, 0.1, 0.2, 1e6], [1.0, 2.0, 3.0, 4.0])
     with pytest.raises(LogError, match="and there are 4 records"):

@@ -311,20 +311,23 @@ def test_id_taken_over_by_an_undefined_topic_is_not_read_as_the_first_one(load):
 
 
 def test_topics_without_end_cost_no_more_than_their_size(load):
-    """5,000 topics of one record each: none is counted together with all others each time."""
-    many = range(1000, 6000)
-    spent = time.process_time()
-    log = load(
-        build.small()
-        + b"".join(
+    """Topics of one record each: none is counted together with all others each time."""
+
+    def spent(count: int) -> float:
+        many = range(1000, 1000 + count)
+        data = build.small() + b"".join(
             build.topic(f"t{i}:uint64_t timestamp;float x;")
             + build.subscribe(i, f"t{i}")
             + build.data(i, "Qf", 1_000_000 + i, 1.0)
             for i in many
         )
-    )
-    assert sum(float(log[f"t{i}"].raw("x")[0]) for i in many) == len(many)
-    assert time.process_time() - spent < 2.5
+        since = time.process_time()
+        log = load(data)
+        assert sum(float(log[f"t{i}"].raw("x")[0]) for i in many) == count
+        return time.process_time() - since
+
+    few, many = (min(spent(count) for _ in range(3)) for count in (1000, 6000))
+    assert many < 15 * few  # six times as much, and room for a busy machine; else 36 times
 
 
 def test_records_that_were_written_twice_give_the_time_like_others():

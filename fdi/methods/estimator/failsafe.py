@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.grid import uniform
 from fdi.methods.estimator.aiding import gps_stopped
 from fdi.methods.estimator.cores import Selection
 from fdi.methods.estimator.records import Core
@@ -39,10 +40,8 @@ REL: Final = 3
 ABS: Final = 4
 CONST: Final = 7
 """Bits of the solution: relative and absolute horizontal position, constant-position mode."""
-_TRIPPED: Final = re.compile(
-    r"EKF variance|EKF Failsafe: |EKF check, code 2|failsafe EKF inav, code 1"
-)
-_CLEARED: Final = re.compile(r"EKF Failsafe Cleared|EKF check, code 0|failsafe EKF inav, code 0")
+_TRIPPED: Final = re.compile(r"EKF variance|EKF Failsafe: |EKF check: |EKF failsafe: ")
+_CLEARED: Final = re.compile(r"EKF Failsafe Cleared")
 
 
 def failsafe_tree(log: Log, core: Core, solution: tuple[Floats, NDArray[np.int64]]) -> Node:
@@ -85,7 +84,8 @@ def checks_node(
     because = f"ten failed checks at 10 Hz, less the passed ones, by records every {step:.2g} s"
     if not bad:
         return Node(name, None, "not in this log", "any", (lost, over), step)
-    spans = tripped(joined([span for spans in bad for span in spans]), log.span)
+    joint = joined([span for spans in bad for span in spans])
+    spans = tripped(joint, log.span, records=log.records)
     return Node(name, spans, because, "any", (lost, over), step)
 
 
@@ -129,18 +129,20 @@ def _no_position(log: Log, solution: tuple[Floats, NDArray[np.int64]]) -> Node:
     return Node(name, spans_of(t, ~has_one), because, "any", (held, gps), step)
 
 
-def tripped(bad: Sequence[Span], span: Span, checks: int = CHECKS) -> tuple[Span, ...]:
-    """Return from when to when the counter of failed checks has tripped.
+def tripped(
+    bad: Sequence[Span], span: Span, checks: int = CHECKS, *, records: int
+) -> tuple[Span, ...]:
+    """Return from when to when the counter of failed checks has tripped, by so many records.
 
     It counts up at a failed check and down, not below 0, at a passed one; once tripped, as many
     passed checks clear it, whatever comes between.
 
     Examples
     --------
-    >>> tripped([(1.0, 3.05)], (0.0, 6.0))
+    >>> tripped([(1.0, 3.05)], (0.0, 6.0), records=60)
     ((1.9, 4.0),)
     """
-    t = np.round(np.arange(span[0], span[1], CHECK_S), 9)
+    t = np.round(uniform(span[0], span[1], CHECK_S, records=records), 9)
     fails = np.zeros(t.size, bool)
     for low, high in bad:
         fails |= (t >= low - STAMP_S) & (t < high - STAMP_S)

@@ -15,6 +15,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.grid import checked
 from fdi.methods.estimator.bits import Bits
 from fdi.methods.estimator.cores import MANY_S, RETURN_S, Selection
 from fdi.methods.estimator.moments import Moment
@@ -244,7 +245,7 @@ def growing(
     count = int((air[1] - air[0]) // width)
     if count < DRIFT_STEPS:
         return ()
-    edges = air[0] + width * np.arange(count + 1)
+    edges = air[0] + width * np.arange(checked(count, t.size, f"{air[1] - air[0]:g} s") + 1)
     place = np.searchsorted(edges, t, side="right") - 1
     medians = np.array([_median(value[place == i]) for i in range(count)])
     with np.errstate(invalid="ignore"):

@@ -107,5 +107,5 @@ def _asked(log: Log, check: Node) -> Node:
     if check.spans is None:
         return Node(name, None, check.because, "any", check.children)
     bad = [span for child in check.children for span in child.spans or ()]
-    spans = tripped(joined(bad), log.span, CHECKS - 1)
+    spans = tripped(joined(bad), log.span, CHECKS - 1, records=log.records)
     return Node(name, spans, because, "any", check.children, check.resolution)

@@ -3,7 +3,8 @@
 A node says in words what would have to be true, from when to when it was, and how the log knows.
 Unknown is a value: a node without ``spans`` could not be seen in this log. A gate joins its
 children as the autopilot's rule does; where the log tells the gate's own state, that is taken, and
-the children explain it.
+the children explain it. They need not: a cause may lie between two records, or be none of them.
+`unexplained` and `without_effect` say where the log contradicts the rule.
 """
 
 from __future__ import annotations
@@ -98,13 +99,52 @@ def path(top: Node) -> tuple[Node, ...]:
     return (*_below(top, top.since), top)
 
 
+def unexplained(node: Node) -> tuple[Span, ...]:
+    """Return when an OR became true by the log's own word, and none of its children was true.
+
+    Beginnings are compared no finer than the records tell them. Empty where the gate is computed
+    from its children, and where there are none.
+    """
+    if node.gate != "any" or not node.children:
+        return ()
+    parts = [(child, span) for child in node.children for span in child.spans or ()]
+    return tuple(
+        (low, high)
+        for low, high in node.spans or ()
+        if not any(_holds_at(child, span, low, node.resolution) for child, span in parts)
+    )
+
+
+def without_effect(node: Node, child: Node) -> tuple[Span, ...]:
+    """Return when a child of an OR became true, and the log says that the gate was not.
+
+    Then the child alone is not enough for the gate, whatever the rule says. Empty where the gate
+    is not known.
+    """
+    if node.gate != "any" or node.spans is None:
+        return ()
+    return tuple(
+        (low, high)
+        for low, high in child.spans or ()
+        if not any(
+            start <= high + child.resolution + node.resolution
+            and end >= low - child.resolution - node.resolution
+            for start, end in node.spans
+        )
+    )
+
+
+def _holds_at(child: Node, span: Span, t: float, resolution: float) -> bool:
+    slack = child.resolution + resolution
+    return span[0] <= t + slack and span[1] >= t - slack
+
+
 def _below(node: Node, t: float) -> tuple[Node, ...]:
     candidates = [
         (abs(low - t), child, (low, high))
         for child in node.children
         for low, high in child.spans or ()
-        if low <= t + child.resolution + node.resolution
-        and high >= t - child.resolution - node.resolution
+        if _holds_at(child, (low, high), t, node.resolution)
     ]
     if not candidates:
         return ()

@@ -169,7 +169,7 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
             hint="looked for xmag, ymag, zmag of RAW_IMU",
         )
     sources = sources_of(log, ride)
-    grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
+    grid = ride.grid(WINDOW_S)
     received, climbed = receiver_pairs(ride, grid), height_pairs(ride, grid)
     force, jumps = force_pair(ride, grid), jump_pairs(ride, grid)
     jumped = jumps[0].disagrees == 1.0

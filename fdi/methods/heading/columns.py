@@ -59,11 +59,11 @@ def heading_columns(log: Log) -> Columns | str:
             continue
         try:
             ride = ride_of(log, number)
+            grid = ride.grid(WINDOW_S)
         except LogError as error:
             own = error.message.startswith("inertial records")
             why = f"the log's {error.message}" if own else f"the log {error.message}"
             continue
-        grid = np.arange(ride.air[0] + WINDOW_S, ride.air[1], ride.cycle)
         if grid.size:
             parts.append((grid, _of_ride(log, ride, grid)))
     if not parts:

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError, UsageError
+from fdi.grid import uniform
 from fdi.methods.heading.geodesy import metres_per_radian, wrap
 from fdi.methods.setup.records import Series, attitude, series
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
-from fdi.telemetry.ends import OVER_S
 from fdi.telemetry.events import SETTLING_S
+from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.message import Floats
 from fdi.windows import runs_of
 
@@ -132,6 +133,10 @@ class Ride:
     def period(self) -> float:
         """The usual time between two inertial records, s."""
         return float(np.median(np.diff(self.t)))
+
+    def grid(self, window: float) -> Floats:
+        """Return when there is a verdict: every cycle, from a window, s, after take-off on."""
+        return uniform(self.air[0] + window, self.air[1], self.cycle, records=self.t.size)
 
     @property
     def reference(self) -> tuple[float, float]:

@@ -5,7 +5,7 @@ and east of that fix with a deviation each.
 
 ================  ==================================================================================
 optical           velocity over ground by a camera, turned by the heading
-airspeed          along the heading, and the wind of the last good half minute
+airspeed          along the heading, and a wind that goes on walking as it did so far
 inertial          specific force turned by the attitude, less what it was off before the failure
 ================  ==================================================================================
 
@@ -16,7 +16,7 @@ as the least, its deviation.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -39,7 +39,8 @@ _LATE: Final = 0.2
 _FLOW: Final = 0.1
 """Of a velocity by optical flow, share."""
 _AIRSPEED: Final = 0.3  # m/s
-_WIND: Final = 0.5  # m/s
+_WIND: Final = 0.5
+"""m/s, by which the calmest wind changes within `_LEARNS_S`."""
 _TILT: Final = np.radians(0.2)
 """Of an attitude after its error before the failure was taken off."""
 _FLIES: Final = 5.0  # m/s; below, an airspeed sensor tells little
@@ -119,24 +120,60 @@ def _airspeed(log: Log, ride: Ride, fixes: Fixes, start: float) -> Track | None:
         return None
     t, yaw = ride.t, ride.angles[2]
     speed = np.interp(t, found.t, found.values[0])
-    before = (t > start - _LEARNS_S) & (t <= start) & (speed > _FLIES)
-    if before.sum() < _FRESH:
-        return None
+    before = (t <= start) & (t >= ride.air[0]) & (speed > _FLIES)
     through = np.array([speed * np.cos(yaw), speed * np.sin(yaw)])
     over = np.array([np.interp(t, fixes.t, row) for row in (fixes.north, fixes.east)])
-    wind = (over - through)[:, before]
-    blown, wanders = wind.mean(axis=1), _wander(t[before], wind)
+    before &= np.isfinite(over + through).all(axis=0)
+    if (before & (t > start - _LEARNS_S)).sum() < _FRESH:
+        return None
+    wind = _wind_at(t[before], (over - through)[:, before])
     since = _since(ride, start)
     length = _way(t, speed, start)
     spread = (
         _FIX**2
         + (length * HEADING) ** 2
-        + (np.maximum(wanders, _WIND) * since) ** 2
+        + wind.variance * since**2
+        + wind.walks * since**3 / 3
         + (_AIRSPEED * since) ** 2
-        + _lag(through + blown[:, None], t, start) ** 2
+        + _lag(through + wind.mean[:, None], t, start) ** 2
     )
-    ways = [_way(t, row + w, start) for row, w in zip(through, blown, strict=True)]
+    ways = [_way(t, row + w, start) for row, w in zip(through, wind.mean, strict=True)]
     return _track(ride, "airspeed", start, (ways[0], ways[1]), np.sqrt(spread), found.t)
+
+
+class _Wind(NamedTuple):
+    """A wind that walks at random: north and east now, m/s, their variance, and its growth.
+
+    ``walks`` is in m^2/s^3.
+    """
+
+    mean: Floats
+    variance: float
+    walks: float
+
+
+def _wind_at(t: Floats, seen: Floats) -> _Wind:
+    """Return the wind after the last of the records, (2, n) m/s, by what they show so far.
+
+    A random walk seen through errors that come and go: means over `_BLOCK_S` differ, over a time T,
+    by the walk's growth in T and twice the errors' variance, a line over T. The filter's steady
+    state remembers for the time in which the walk grows to the errors (Bar-Shalom, Li and
+    Kirubarajan 2001, section 5.2.5, in the limit of steady sampling).
+    """
+    which = ((t - t[0]) / _BLOCK_S).astype(int)
+    last = which[-1] + 1
+    means = np.array([seen[:, which == i].mean(axis=1) for i in range(last) if (which == i).any()])
+    lags = np.arange(1, min(len(means) - 1, round(_LEARNS_S / _BLOCK_S)) + 1)
+    least = _WIND**2 / _LEARNS_S
+    walks, errors = least, _WIND**2
+    if lags.size > 1:
+        apart = [float(np.mean((means[lag:] - means[:-lag]) ** 2)) for lag in lags]
+        slope, first = np.polyfit(lags * _BLOCK_S, apart, 1, w=np.sqrt(len(means) - lags))
+        walks, errors = max(float(slope), least), max(float(first) / 2, _WIND**2)
+    memory = np.sqrt(errors * _BLOCK_S / walks)
+    weight = np.exp(np.maximum((t - t[-1]) / memory, -700.0))
+    variance = float(np.sqrt(errors * _BLOCK_S * walks))
+    return _Wind(np.average(seen, axis=1, weights=weight), variance, walks)
 
 
 def _inertial(ride: Ride, fixes: Fixes, start: float) -> Track | None:

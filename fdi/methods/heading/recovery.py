@@ -21,6 +21,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from fdi.errors import LogError, UsageError
+from fdi.grid import uniform
 from fdi.methods.heading.check import HeadingCheck
 from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import Place, geocentric, geodetic, wrap
@@ -259,7 +260,7 @@ def _propagated(ride: Ride, rate: Floats, known: Floats, start: float) -> _Propa
 
 def _wanders(t: Floats, drift: Floats) -> float:
     """Return the deviation of a drift's slope from window to window, rad/s; 0 of too few."""
-    ends = np.arange(t[-1], t[0] - 1e-9, -WINDOW_S)[::-1]
+    ends = uniform(t[-1], t[0] - 1e-9, -WINDOW_S, records=t.size)[::-1]
     slopes = np.diff(np.interp(ends, t, drift)) / WINDOW_S
     return float(slopes.std(ddof=1)) if slopes.size > 1 else 0.0
 
@@ -294,10 +295,7 @@ def _tilt_by_gyroscopes(log: Log, check: HeadingCheck, start: float) -> Recovery
 def _tilt_by_accelerometers(log: Log, check: HeadingCheck, start: float) -> Recovery:
     ride = check.ride
     rows = ride.t > start
-    count = max(round(TAU_S / 2 / ride.period), 1)
-    kernel = np.ones(count) / count
-    smooth = [np.convolve(row, kernel)[: row.size] for row in ride.force]
-    roll, pitch = accelerometer_tilt(np.array(smooth))
+    roll, pitch = accelerometer_tilt(_smoothed(ride.force, ride.period))
     pull = _pull(ride)
     sigma = np.sqrt(STATED["accelerometer"] ** 2 + np.arctan(pull / G) ** 2 + (LEFT * roll) ** 2)
     # the source `compass` is levelled with the gyroscopes that failed
@@ -314,6 +312,13 @@ def _tilt_by_accelerometers(log: Log, check: HeadingCheck, start: float) -> Reco
     names = ("accelerometers and compass",) * int(rows.sum())
     limit = ("sigma_tilt_deg", np.inf)
     return _ended("angular_rate", start, ride.t[rows], names, columns, limit)
+
+
+def _smoothed(force: Floats, period: float) -> Floats:
+    """Return the mean of the last seconds, (3, n); a damaged clock gives any period."""
+    count = min(max(round(TAU_S / 2 / period), 1), force.shape[1])
+    kernel = np.ones(count) / count
+    return np.array([np.convolve(row, kernel)[: row.size] for row in force])
 
 
 def _pull(ride: Ride) -> Floats:

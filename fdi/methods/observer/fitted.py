@@ -10,17 +10,17 @@ changes no residual.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fdi.errors import LogError
+from fdi.grid import uniform
 from fdi.methods.observer.records import Rows
 from fdi.methods.observer.states import ANGLES, RATES, VELOCITY
 from fdi.methods.observer.vehicle import GRAVITY, Vehicle, mixing
-from fdi.methods.setup.moments import DELAYS_S, LAGS_S, LENGTHS, explain, intervals
+from fdi.methods.setup.moments import explain, intervals
 from fdi.methods.setup.records import Series, Stretch
 from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
@@ -108,7 +108,8 @@ def _gains(rows: Rows, air: tuple[float, float]) -> Floats:
     known = np.isfinite(rows.y[RATES]).all(axis=0) & np.isfinite(rows.thrust).all(axis=0)
     rates = Series(rows.t[known], rows.y[RATES][:, known])
     inputs = Series(rows.t[known], rows.thrust[:, known])
-    edges = np.arange(air[0], max(air[1] - BLOCK_S / 2, air[0] + 1.0), BLOCK_S)
+    end = max(air[1] - BLOCK_S / 2, air[0] + 1.0)
+    edges = uniform(air[0], end, BLOCK_S, records=rows.t.size)
     blocks = [Stretch(a, b) for a, b in zip(edges, [*edges[1:], air[1]], strict=True)]
     found = np.array([_gains_in(rates, inputs, one, rows.motors) for one in blocks])
     told = np.isfinite(found).any(axis=0)
@@ -121,10 +122,7 @@ def _gains_in(rates: Series, inputs: Series, part: Stretch, motors: tuple[Motor,
     factors = np.array([[m.roll, m.pitch, m.yaw] for m in motors]).T
     factors /= np.maximum(np.abs(factors).max(axis=1, keepdims=True), np.finfo(float).tiny)
     best, gains = np.ones(3), np.full(3, np.nan)
-    for times, delay, lag in product(LENGTHS, DELAYS_S, LAGS_S):
-        found = intervals(rates, inputs, (part,), delay=delay, lag=lag, times=times)
-        if found is None:
-            continue
+    for _, found in intervals(rates, inputs, (part,)):
         left, gain = (one[0] for one in explain(found, factors[None]))
         better = (left < best) & (gain > 0)
         best, gains = np.where(better, left, best), np.where(better, gain, gains)

@@ -4,7 +4,7 @@ Given a log; sought motors that are swapped or turn the wrong way, reversed surf
 are turned, too little thrust, such that what is told is beyond doubt and a person can check it by
 its numbers. `check_setup` takes a `Log` and gives `Check`s.
 
-- ``values.py``: `Check`
+- ``values.py``: `Check`, and `Setting`, what would make it right
 - ``checks.py``: the table of all checks, `check_setup`
 - ``records.py``: the log's own records, and the stretches that count
 - ``moments.py``: change of body rates against inputs, interval by interval
@@ -12,12 +12,14 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``judge.py``: which arrangement the moments speak for
 - ``motors.py``, ``surfaces.py``: multicopters, planes
 - ``rotations.py``: MAVLink's orientations
+- ``orientation.py``: which parameter says how a compass is mounted
 - ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
 - ``mounting.py``: accelerometers and gyroscopes
-- ``thrust.py``: thrust to weight, motors at their limits
+- ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down
+- ``interval.py``: how far may be off what was measured
 """
 
 from fdi.methods.setup.checks import check_setup
-from fdi.methods.setup.values import VERDICTS, Check
+from fdi.methods.setup.values import VERDICTS, Check, Setting
 
-__all__ = ["VERDICTS", "Check", "check_setup"]
+__all__ = ["VERDICTS", "Check", "Setting", "check_setup"]

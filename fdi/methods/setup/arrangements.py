@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from fdi.methods.setup.values import Setting
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import Motor, motors_of
@@ -45,6 +46,8 @@ STRANGE: Final = -8.0
 class Arrangement(NamedTuple):
     """``directions`` (3, m): what each motor does to roll, pitch, yaw. ``words``: what is wrong.
 
+    ``setting``: the parameter that would make it right, where it is one.
+
     ``prior`` is the log of how likely that is before the flight is seen. Where a flight shows
     little (one that flips on take-off turns one way only), the common mistakes come first.
     """
@@ -52,6 +55,13 @@ class Arrangement(NamedTuple):
     directions: Floats
     words: tuple[str, ...]
     prior: float = 0.0
+    setting: Setting | None = None
+
+
+class _Way(NamedTuple):
+    matrix: Floats
+    words: str
+    setting: Setting | None = None
 
 
 def arrangements(log: Log, motors: tuple[Motor, ...]) -> tuple[Arrangement, ...]:
@@ -68,9 +78,9 @@ def arrangements(log: Log, motors: tuple[Motor, ...]) -> tuple[Arrangement, ...]
     made: dict[bytes, Arrangement] = {_key(told): Arrangement(told, ())}
     ways = [(COMMON, _common(log, told)), (STRANGE, _strange(log, told))]
     for prior, each in ways:
-        for matrix, words in each:
+        for matrix, words, setting in each:
             key = _key(matrix)
-            known = made.setdefault(key, Arrangement(matrix, (), prior))
+            known = made.setdefault(key, Arrangement(matrix, (), prior, setting))
             if key != _key(told) and prior == known.prior and words not in known.words:
                 made[key] = known._replace(words=(*known.words, words))
     return tuple(
@@ -87,35 +97,36 @@ def directions_of(motors: tuple[Motor, ...]) -> Floats:
     return rows
 
 
-def _common(log: Log, told: Floats) -> Iterator[tuple[Floats, str]]:
+def _common(log: Log, told: Floats) -> Iterator[_Way]:
     count = told.shape[1]
     for i, j in combinations(range(count), 2):
         order = list(range(count))
         order[i], order[j] = j, i
-        yield told[:, order], f"motors {i + 1} and {j + 1} are swapped"
-    yield told * np.array([[1.0], [1.0], [-1.0]]), "all propellers turn the other way"
+        yield _Way(told[:, order], f"motors {i + 1} and {j + 1} are swapped")
+    reversed_yaw = told * np.array([[1.0], [1.0], [-1.0]])
+    yield _Way(reversed_yaw, "all propellers turn the other way")
     yield from _other_frames(log, told, _TYPES)
-    yield from (each for each in _turned(told) if _EDGE not in each[1])
+    yield from (each for each in _turned(told) if _EDGE not in each.words)
     for i in range(count):
         matrix = told.copy()
         matrix[:, i] = 0.0
-        yield matrix, f"motor {i + 1} has no effect"
+        yield _Way(matrix, f"motor {i + 1} has no effect")
 
 
-def _strange(log: Log, told: Floats) -> Iterator[tuple[Floats, str]]:
+def _strange(log: Log, told: Floats) -> Iterator[_Way]:
     count = told.shape[1]
     yield from _other_frames(log, told, _RARE_TYPES)
-    yield from (each for each in _turned(told) if _EDGE in each[1])
+    yield from (each for each in _turned(told) if _EDGE in each.words)
     for i in range(count):
         matrix = told.copy()
         matrix[:, i] *= -1.0
-        yield matrix, f"motor {i + 1} pushes down instead of up"
+        yield _Way(matrix, f"motor {i + 1} pushes down instead of up")
     for order in permutations(range(count)) if count <= _SMALL else ():
         places = ", ".join(f"{i + 1} where {k + 1} belongs" for i, k in enumerate(order) if i != k)
-        yield told[:, order], f"motors stand in another order: {places}"
+        yield _Way(told[:, order], f"motors stand in another order: {places}")
 
 
-def _other_frames(log: Log, told: Floats, types: Mapping[int, str]) -> Iterator[tuple[Floats, str]]:
+def _other_frames(log: Log, told: Floats, types: Mapping[int, str]) -> Iterator[_Way]:
     """Yield the other types that ArduPilot knows of this class of frame."""
     if log.autopilot != "ardupilot":
         return
@@ -124,16 +135,19 @@ def _other_frames(log: Log, told: Floats, types: Mapping[int, str]) -> Iterator[
         motors = motors_of({**log.parameters, name: float(kind)}, log.autopilot, log.vehicle)
         matrix = directions_of(motors) if motors else told
         if matrix.shape == told.shape and np.any(matrix[2]):
-            yield matrix, f"{name} fits {kind} ({called}), not {log.parameters[name]:.0f}"
+            now = log.parameters[name]
+            why = f"The motors turn the vehicle as those of a {called} frame would"
+            words = f"{name} fits {kind} ({called}), not {now:.0f}"
+            yield _Way(matrix, words, Setting(name, now, float(kind), why))
 
 
-def _turned(told: Floats) -> Iterator[tuple[Floats, str]]:
+def _turned(told: Floats) -> Iterator[_Way]:
     """Yield the autopilot's board turned by quarters in every way, seen from its own axes."""
     for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
         turn = np.zeros((3, 3))
         turn[range(3), order] = signs
         if np.linalg.det(turn) > 0 and not np.array_equal(turn, np.eye(3)):
-            yield turn @ told, f"the autopilot's board is {_how(turn)}"
+            yield _Way(turn @ told, f"the autopilot's board is {_how(turn)}")
 
 
 def _how(turn: Floats) -> str:

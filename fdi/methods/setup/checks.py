@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from fdi.errors import LogError
+from fdi.methods.setup.battery import check_battery
 from fdi.methods.setup.compass import check_compasses
 from fdi.methods.setup.field import check_declination, check_interference, check_offsets
 from fdi.methods.setup.heading import check_heading
@@ -29,6 +30,7 @@ CHECKS: Final[tuple[Callable[[Log], Iterator[Check]], ...]] = (
     check_offsets,
     check_interference,
     check_thrust,
+    check_battery,
 )
 
 _NEEDED: Final = ("ATTITUDE", "RAW_IMU", "SERVO_OUTPUT_RAW")

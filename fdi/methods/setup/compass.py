@@ -16,13 +16,16 @@ about the vertical agrees with it; `heading.py` asks the receiver instead.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from fdi.methods.setup.records import Series, attitude, series, stretches, within
+from fdi.methods.setup.interval import by_parts, in_degrees, numbers_of
+from fdi.methods.setup.orientation import orientation_of, turned_by
+from fdi.methods.setup.records import Series, attitude, series, spins, stretches, within
 from fdi.methods.setup.rotations import Rotation, sensor_rotations, to_earth
-from fdi.methods.setup.values import Check
+from fdi.methods.setup.values import Check, Setting, Verdict
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
@@ -45,14 +48,21 @@ _OWN: Final = 0.1
 """A calibrated compass' own field against the Earth's; enters where nothing shows it."""
 _NOISE: Final = 0.05
 _FEW: Final = 30
+_MOST: Final = 3000
+"""Readings, evenly thinned from more: neighbours say the same."""
 _LEAST_T: Final = 1e-5  # a compass that reads less than half of the weakest field reads nothing
 
 
 class Fit(NamedTuple):
-    """An orientation, and by what angle, rad, readings miss the Earth's field with it."""
+    """An orientation, and by what angles (n,), rad, readings miss the Earth's field with it."""
 
     rotation: Rotation
-    miss: float
+    misses: Floats
+
+    @property
+    def miss(self) -> float:
+        """The root of their mean square."""
+        return _root_mean_square(self.misses)
 
 
 def check_compasses(log: Log) -> Iterator[Check]:
@@ -71,7 +81,24 @@ def check_compasses(log: Log) -> Iterator[Check]:
             yield Check(name, "not known", "the log tells no place, and so not where north is")
         else:
             turn, field = in_flight(log, readings, known)
-            yield _one(name, turn.values, field, model)
+            some = slice(None, None, -(-len(field) // _MOST) or 1)
+            yield as_used(
+                _one(name, turn.values[some], field[some], model, orientation_of(log, number)),
+                log,
+                number,
+            )
+
+
+def as_used(check: Check, log: Log, number: int) -> Check:
+    """Return a check of a compass as it matters: one that is not used strikes nobody.
+
+    As far as ArduPilot's ``COMPASS_USE``, ``COMPASS_USE2``, ``COMPASS_USE3`` say.
+    """
+    if log.parameters.get(f"COMPASS_USE{number if number > 1 else ''}") != 0:
+        return check
+    text = f"{check.text} (the autopilot does not use it)"
+    verdict: Verdict = "not known" if check.verdict == "wrong" else check.verdict
+    return replace(check, verdict=verdict, text=text, strikes=False)
 
 
 def earth_field(log: Log) -> Floats | None:
@@ -95,15 +122,18 @@ def compass_readings(log: Log, key: str) -> Series | None:
 def in_flight(
     log: Log, readings: Series, known: Series, start: float = -np.inf, end: float = np.inf
 ) -> tuple[Series, Floats]:
-    """Return attitudes (n, 3, 3), earth axes to body axes, and readings (n, 3), T, in flight."""
-    inside = within(readings.t, stretches(log))
+    """Return attitudes (n, 3, 3), earth axes to body axes, and readings (n, 3), T, in flight.
+
+    Not while the vehicle spins.
+    """
+    inside = within(readings.t, stretches(log)) & ~spins(log, readings.t)
     inside &= (readings.t >= max(known.t[0], start)) & (readings.t <= min(known.t[-1], end))
     t = readings.t[inside]
     angles = (np.interp(t, known.t, np.unwrap(row)) for row in known.values)
     return Series(t, np.transpose(to_earth(*angles), (0, 2, 1))), readings.values[:, inside].T
 
 
-def _one(name: str, turn: Floats, field: Floats, model: Floats) -> Check:
+def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting | None) -> Check:
     if len(field) < _FEW:
         return Check(name, "not known", "the log holds too few readings in flight")
     strength = float(np.median(np.linalg.norm(field, axis=1)))
@@ -115,24 +145,32 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats) -> Check:
     best = fits[0]
     far = (fit for fit in fits if _is_told_apart(fit.rotation, best.rotation))
     rival = next(far, best)
-    off, with_best, with_next = (float(np.degrees(fit.miss)) for fit in (told, best, rival))
+    off = by_parts(lambda some: _root_mean_square(told.misses[some]), len(field), 0.0)
+    with_best, with_next = (float(np.degrees(fit.miss)) for fit in (best, rival))
     numbers = {
-        "miss_as_set_deg": off,
+        **numbers_of("miss_as_set_deg", off, float(np.degrees(1))),
         "miss_best_deg": with_best,
         "miss_next_deg": with_next,
         "field_mgauss": strength * 1e7,
     }
-    as_set = f"readings are {off:.0f} degrees off the Earth's field"
-    if told.miss < FITS:
+    as_set = f"readings are {in_degrees(off)} off the Earth's field"
+    if off.most < FITS:
         far = (fit for fit in fits if _is_told_apart(fit.rotation, told.rotation))
         return _fits_as_set(name, as_set, told, next(far), numbers)
+    if off.value < FITS:
+        return Check(name, "not known", f"{as_set}, which would be too many from 22.5 on", numbers)
     how = best.rotation.name
     if best.miss < min(_HALF * told.miss, _WELL) and rival.miss - best.miss > _APART:
         better = f"{as_set}, and {with_best:.0f} with {how} beside the orientation set"
-        return Check(name, "wrong", f"it is turned: {better}", numbers)
+        now = in_degrees(off)
+        why = f"Readings are then {with_best:.0f} degrees off the Earth's field, now {now}"
+        settings = turned_by(best.rotation, told_by, why)
+        if off.least > FITS:
+            return Check(name, "wrong", f"it is turned: {better}", numbers, settings)
+        return Check(name, "not known", f"it may be turned: {better}", numbers, strikes=True)
     open_to = f"with {how} {with_best:.0f}, with {rival.rotation.name} {with_next:.0f}"
     text = f"{as_set}, and no one orientation stands out ({open_to}): the attitude may be wrong"
-    return Check(name, "not known", text, numbers)
+    return Check(name, "not known", text, numbers, strikes=bool(off.least > FITS))
 
 
 def _fits_as_set(name: str, as_set: str, told: Fit, rival: Fit, numbers: dict[str, float]) -> Check:
@@ -175,5 +213,8 @@ def _fit(turn: Floats, field: Floats, model: Floats, rotation: Rotation) -> Fit:
     seen, expected = body - own, turn @ model
     sizes = np.linalg.norm(seen, axis=1) * np.linalg.norm(expected, axis=1)
     cosine = (seen * expected).sum(axis=1) / np.maximum(sizes, np.finfo(float).tiny)
-    miss = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return Fit(rotation, float(np.sqrt(np.mean(miss**2))))
+    return Fit(rotation, np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _root_mean_square(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))

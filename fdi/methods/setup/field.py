@@ -20,9 +20,16 @@ from typing import Final
 
 import numpy as np
 
-from fdi.methods.setup.compass import COMPASSES, compass_readings, earth_field, in_flight
+from fdi.methods.setup.compass import (
+    COMPASSES,
+    as_used,
+    compass_readings,
+    earth_field,
+    in_flight,
+)
+from fdi.methods.setup.interval import Interval, in_percent, numbers_of
 from fdi.methods.setup.records import Series, attitude, series
-from fdi.methods.setup.values import Check, Verdict
+from fdi.methods.setup.values import Check, Setting, Verdict
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
@@ -51,7 +58,17 @@ def check_declination(log: Log) -> Iterator[Check]:
     words = f"set to {here:.1f} degrees, the place has {there:.1f}"
     verdict: Verdict = "wrong" if abs(off) > _DECLINATION_OFF else "in order"
     numbers = {"set_deg": float(here), "place_deg": float(there)}
-    yield Check(name, verdict, words, numbers)
+    why = f"The place has {there:.1f} degrees, and {here:.1f} are used"
+    settings = _by_the_place(log, why) if verdict == "wrong" else ()
+    yield Check(name, verdict, words, numbers, settings)
+
+
+def _by_the_place(log: Log, why: str) -> tuple[Setting, ...]:
+    """Return the parameter by which an autopilot takes the declination from its own table."""
+    if log.autopilot == "ardupilot":
+        return (Setting("COMPASS_AUTODEC", log.parameters.get("COMPASS_AUTODEC"), 1.0, why),)
+    kind = log.parameters["EKF2_DECL_TYPE"]
+    return (Setting("EKF2_DECL_TYPE", kind, float(int(kind) | 1), why),)
 
 
 def _declination(log: Log) -> float | None:
@@ -96,7 +113,9 @@ def check_interference(log: Log) -> Iterator[Check]:
         elif known is None or model is None:
             yield Check(name, "not known", "the log holds no attitude, or tells no place")
         else:
-            yield _interference(name, log, readings, known, current, float(np.linalg.norm(model)))
+            strength = float(np.linalg.norm(model))
+            found = _interference(name, log, readings, known, current, strength)
+            yield as_used(found, log, number)
 
 
 def _interference(
@@ -115,15 +134,15 @@ def _interference(
     numbers = {
         "mgauss_per_ampere": size * 1e7,
         "standard_error": error * 1e7,
-        "share_of_field": share,
+        **numbers_of("share_of_field", Interval(share, least, most)),
     }
     words = (
         f"{size * 1e7:.1f} mgauss per ampere (standard error {error * 1e7:.1f}), "
-        f"at {high:.0f} A {100 * share:.0f} % of the Earth's field"
+        f"at {high:.0f} A {in_percent(Interval(share, least, most))} of the Earth's field"
     )
     verdict: Verdict = "wrong" if least > _BAD else "in order" if most < _GREY else "not known"
     unsure = "" if verdict != "not known" else ": a grey zone, or too uncertain"
-    return Check(name, verdict, words + unsure, numbers)
+    return Check(name, verdict, words + unsure, numbers, strikes=bool(share > _BAD))
 
 
 def _per_ampere(turn: Floats, body: Floats, amperes: Floats) -> tuple[float, float]:

@@ -19,16 +19,17 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.methods.setup.records import Series, attitude, series, stretches
+from fdi.grid import uniform
+from fdi.methods.setup.interval import SURE, Interval, by_parts, in_degrees, numbers_of, verdict_of
+from fdi.methods.setup.records import Series, attitude, series, spins, stretches
 from fdi.methods.setup.rotations import to_earth
-from fdi.methods.setup.values import Check, Verdict
+from fdi.methods.setup.values import Check
 from fdi.telemetry import Log
 
 NAME: Final = "heading"
 TURNED: Final = np.radians(45.0)
 """Orientations are 45 degrees apart."""
 FITS: Final = np.radians(22.5)
-_SURE: Final = 3.0  # standard errors
 _COHERENT: Final = 0.5
 _LENGTH_S: Final = 1.0
 """Of an interval: receivers smooth their velocity over some tenths of a second."""
@@ -40,6 +41,7 @@ _FEW: Final = 5.0
 """Pairs that count, fewer of which are a blow or two."""
 _MOVES: Final = 1.0  # m/s; below that a receiver's course is noise
 _G: Final = 9.80665
+_RESTS_ON: Final = ("gps",)
 _STEEP: Final = np.radians(50.0)  # beyond, a vehicle falls rather than flies
 
 Complexes = NDArray[np.complex128]
@@ -84,30 +86,73 @@ def _told(log: Log, moved: Series, known: Series) -> Check:
     fit, (went, leant) = fits[best], found[best]
     if fit.pairs < _FEW:
         return Check(NAME, "not known", "the vehicle leans and accelerates too seldom")
-    off, error = np.degrees(fit.angle), np.degrees(fit.error)
-    numbers = {
-        "off_deg": float(off),
-        "standard_error_deg": float(error),
-        "coherence": fit.coherence,
-    }
+    numbers = {"coherence": fit.coherence}
     if fit.coherence < _COHERENT:
         said = "the receiver's velocity does not follow how the vehicle leans"
         return Check(NAME, "not known", said, numbers)
+    off = _between(went, leant, fit)
+    numbers |= numbers_of("off_deg", off, float(np.degrees(1)))
+    numbers["standard_error_deg"] = (numbers["off_deg_most"] - numbers["off_deg"]) / SURE
+    side = "right" if off.value > 0 else "left"
+    seen = _turned_by(off)
     words = (
-        f"the vehicle accelerates {abs(off):.0f} degrees {'right' if off > 0 else 'left'} of where "
-        f"it leans by attitude and heading (standard error {error:.0f})"
+        f"the vehicle accelerates {in_degrees(seen)} {side} of where "
+        "it leans by attitude and heading"
     )
     half = went.size // 2
     halves = (_angle(went[:half], leant[:half]), _angle(went[half:], leant[half:]))
-    verdict: Verdict = "not known"
-    if abs(fit.angle) + _SURE * fit.error < TURNED:
-        verdict = "in order"
-    elif abs(fit.angle) - _SURE * fit.error > TURNED and all(
-        abs(each.angle - fit.angle) < FITS and each.coherence > _COHERENT for each in halves
-    ):
-        verdict = "wrong"
-        words += ": the compass or the board is turned"
-    return Check(NAME, verdict, words, numbers)
+    verdict = verdict_of(seen, fine=TURNED, bad=TURNED)
+    if seen.value <= TURNED or verdict == "in order":
+        return Check(NAME, verdict, words, numbers, rests_on=_RESTS_ON)
+    lasts = all(abs(_apart(e.angle, fit.angle)) < FITS and e.coherence > _COHERENT for e in halves)
+    sound = _agrees_with_itself(log, moved)
+    if verdict == "wrong" and lasts and sound:
+        words += ": the compass or the board is turned, or the compass is badly calibrated"
+    else:
+        verdict = "not known"
+        words += "" if lasts else ", but not all along"
+        words += "" if sound else "; the receiver's course is not that of its own positions"
+    return Check(NAME, verdict, words, numbers, strikes=sound, rests_on=_RESTS_ON)
+
+
+def _between(went: Complexes, leant: Complexes, fit: Fit) -> Interval:
+    """Return the angle with the larger of two errors: that of the phase, and that of the parts.
+
+    A receiver that is wrong for a while is no noise: it makes one part differ from the others.
+    """
+
+    def off(some: NDArray[np.bool_]) -> float:
+        return fit.angle + _apart(_angle(went[some], leant[some]).angle, fit.angle)
+
+    parts = by_parts(off, went.size)
+    reach = max(SURE * fit.error, parts.most - parts.value)
+    return Interval(fit.angle, fit.angle - reach, fit.angle + reach)
+
+
+def _apart(one: float, other: float) -> float:
+    """Return by how much one angle is larger than another, the short way round."""
+    return (one - other + np.pi) % (2 * np.pi) - np.pi
+
+
+def _turned_by(off: Interval) -> Interval:
+    """Return the size of an angle, without its side."""
+    size, reach = abs(off.value), off.most - off.value
+    return Interval(size, max(size - reach, 0.0), min(size + reach, np.pi))
+
+
+def _agrees_with_itself(log: Log, moved: Series) -> bool:
+    """Return whether a receiver's course is that of its positions, as far as both are known."""
+    where = series(log, "GPS_RAW_INT", ("lat", "lon"), in_units=True)
+    if where is None:
+        return True
+    edges = uniform(moved.t[0], moved.t[-1], _LENGTH_S, records=moved.t.size)
+    lat, lon = (np.interp(edges, where.t, row) for row in where.values)
+    went = np.diff(lat) + 1j * np.diff(lon) * np.cos(lat[:-1])
+    north, east = (np.interp(edges[:-1] + _LENGTH_S / 2, moved.t, row) for row in moved.values)
+    said = north + 1j * east
+    total = np.vdot(went, said)
+    sizes = np.linalg.norm(went) * np.linalg.norm(said)
+    return bool(sizes > 0 and abs(np.angle(total)) < FITS and abs(total) > _COHERENT * sizes)
 
 
 def _angle(went: Complexes, leant: Complexes) -> Fit:
@@ -140,16 +185,16 @@ def _accelerations(
     for part in stretches(log):
         start = max(part.start, known.t[0], moved.t[0] - late)
         end = min(part.end, known.t[-1], moved.t[-1] - late)
-        edges = np.arange(start, end, _LENGTH_S)
+        edges = uniform(start, end, _LENGTH_S, records=known.t.size)
         if edges.size < 2:
             continue
         north, east = (np.interp(edges + late, moved.t, row) for row in moved.values)
-        fine = np.arange(edges[0], edges[-1], _LENGTH_S / _PARTS)
+        fine = uniform(edges[0], edges[-1], _LENGTH_S / _PARTS, records=known.t.size)
         up = -to_earth(*(np.interp(fine, known.t, row) for row in angles))[:, :, 2]
         steep = -up[:, 2] < np.cos(_STEEP)
         lean = _G * (up[:, 0] + 1j * up[:, 1]) / np.where(steep, 1.0, -up[:, 2])
         whole = fine.size // _PARTS * _PARTS
-        flies = ~steep[:whole].reshape(-1, _PARTS).any(axis=1)
+        flies = ~(steep | spins(log, fine))[:whole].reshape(-1, _PARTS).any(axis=1)
         count = flies.size
         leant.append(lean[:whole].reshape(-1, _PARTS).mean(axis=1)[flies])
         went.append((np.diff(north + 1j * east) / _LENGTH_S)[:count][flies])

@@ -17,12 +17,14 @@ delay (`LENGTHS`, `DELAYS_S`): see ``judge.py``.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.grid import uniform
 from fdi.methods.setup.records import Series, Stretch
 from fdi.telemetry.message import Floats
 
@@ -37,6 +39,8 @@ _LEAST: Final = 6
 _GAP: Final = 2.5  # periods without a record
 _MEMORY: Final = 6  # time constants after which a lag has forgotten all but 0.2 %
 _STEP_S: Final = 0.02  # of the integrals over the inputs
+_LEAST_STEP_S: Final = 0.001
+"""A twentieth of the shortest delay: a finer one tells nothing, and a damaged clock gives any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,11 +51,11 @@ class Intervals:
     ----------
     t : (n,) float
         Where they begin, s.
-    change : (3, n) float
-        Of roll, pitch and yaw rate per second, rad/s2.
+    change : (a, n) float
+        Of the rates about a axes per second, rad/s2.
     inputs : (m, n) float
         Means of the delayed inputs.
-    rate : (3, n) float
+    rate : (a, n) float
         Mean rates, rad/s.
     has_trim : bool
         Whether a constant moment is allowed for; not in a take-off that failed, where a command
@@ -65,46 +69,75 @@ class Intervals:
     has_trim: bool
 
 
+class _Cut(NamedTuple):
+    """A stretch cut into intervals of one length: what no delay and no lag changes.
+
+    ``at`` are the edges on the fine grid, ``whole`` the intervals without a gap.
+    """
+
+    at: NDArray[np.intp]
+    whole: NDArray[np.bool_]
+    t: Floats
+    change: Floats
+    rate: Floats
+
+
 def intervals(
-    rates: Series,
-    inputs: Series,
-    parts: tuple[Stretch, ...],
-    *,
-    delay: float,
-    lag: float,
-    times: int,
-) -> Intervals | None:
-    """Return the intervals within stretches, None where there are hardly any."""
-    length = times * max(rates.period, inputs.period)
-    made = [
-        found
-        for part in parts
-        if (found := _of(rates, inputs, part, length, delay, lag)) is not None
-    ]
-    if not made or sum(one[0].size for one in made) < _LEAST:
-        return None
-    t, change, mean, rate = (np.concatenate(each, axis=-1) for each in zip(*made, strict=True))
-    return Intervals(t, change, mean, rate, not any(part.is_start for part in parts))
+    rates: Series, inputs: Series, parts: tuple[Stretch, ...]
+) -> Iterator[tuple[int, Intervals]]:
+    """Yield the length in periods and the intervals within stretches, for every delay and lag.
+
+    A length is left out where there are hardly any. What lengths, delays or lags have in common is
+    computed once; one set is held at a time.
+    """
+    step = max(min(_STEP_S, rates.period, inputs.period), _LEAST_STEP_S)
+    grids = tuple(_grid(rates, inputs, part, step) for part in parts)
+    cuts = {times: _cuts(rates, inputs, grids, times) for times in LENGTHS}
+    has_trim = not any(part.is_start for part in parts)
+    for delay in DELAYS_S:
+        given = [_sampled(inputs, fine - delay) for fine in grids]
+        for lag in LAGS_S:
+            acts = [_summed(_lagged(each, step, lag)) for each in given]
+            for times, each in cuts.items():
+                if sum(cut.t.size for cut in each.values()) < _LEAST:
+                    continue
+                mean = [_means(acts[part], cut.at)[:, cut.whole] for part, cut in each.items()]
+                yield (
+                    times,
+                    Intervals(
+                        np.concatenate([cut.t for cut in each.values()]),
+                        np.concatenate([cut.change for cut in each.values()], axis=1),
+                        np.concatenate(mean, axis=1),
+                        np.concatenate([cut.rate for cut in each.values()], axis=1),
+                        has_trim,
+                    ),
+                )
 
 
-def _of(
-    rates: Series, inputs: Series, part: Stretch, length: float, delay: float, lag: float
-) -> tuple[Floats, Floats, Floats, Floats] | None:
-    start = max(part.start, rates.t[0], inputs.t[0] + delay)
-    end = min(part.end, rates.t[-1], inputs.t[-1])
-    if end - start < 3 * length:
-        return None
-    step = min(_STEP_S, rates.period, inputs.period)
-    fine = np.arange(start, end, step)
-    edges = np.arange(start, end, length)
+def _grid(rates: Series, inputs: Series, part: Stretch, step: float) -> Floats:
+    start = max(part.start, rates.t[0], inputs.t[0] + DELAYS_S[-1])
+    records = rates.t.size + inputs.t.size
+    return uniform(start, min(part.end, rates.t[-1], inputs.t[-1]), step, records=records)
+
+
+def _cuts(rates: Series, inputs: Series, grids: tuple[Floats, ...], times: int) -> dict[int, _Cut]:
+    """Return the stretches that hold three intervals at least, by their number."""
+    length = times * max(rates.period, inputs.period, _LEAST_STEP_S)
+    return {
+        number: _cut(rates, inputs, fine, length)
+        for number, fine in enumerate(grids)
+        if fine.size and fine[-1] - fine[0] >= 3 * length
+    }
+
+
+def _cut(rates: Series, inputs: Series, fine: Floats, length: float) -> _Cut:
+    edges = uniform(fine[0], fine[-1], length, records=rates.t.size + inputs.t.size)
     at = np.minimum(np.searchsorted(fine, edges), fine.size - 1)
-    acts = _lagged(_sampled(inputs, fine - delay), step, lag)
-    mean = _means(acts, at)
-    rate = _means(_sampled(rates, fine), at)
     around = min(length / 2, rates.period * max(1, round(length / rates.period / 2)))
     change = np.diff(_averaged(rates, edges, around), axis=1) / length
     whole = ~(_has_gap(rates, edges) | _has_gap(inputs, edges))
-    return edges[:-1][whole], change[:, whole], mean[:, whole], rate[:, whole]
+    rate = _means(_summed(_sampled(rates, fine)), at)
+    return _Cut(at, whole, edges[:-1][whole], change[:, whole], rate[:, whole])
 
 
 def _sampled(known: Series, t: Floats) -> Floats:
@@ -113,7 +146,7 @@ def _sampled(known: Series, t: Floats) -> Floats:
 
 def _lagged(values: Floats, step: float, lag: float) -> Floats:
     """Return values after a first-order lag, s, settled at their first."""
-    if not lag:
+    if not lag or not values.size:
         return values
     kernel = np.exp(-step / lag * np.arange(int(_MEMORY * lag / step) + 1))
     kernel /= kernel.sum()
@@ -122,9 +155,13 @@ def _lagged(values: Floats, step: float, lag: float) -> Floats:
     return np.array([np.convolve(row, kernel, mode="valid") for row in whole])
 
 
-def _means(values: Floats, at: NDArray[np.intp]) -> Floats:
-    total = np.cumsum(values, axis=1)
-    return np.diff(total[:, at], axis=1) / np.maximum(np.diff(at), 1)
+def _summed(values: Floats) -> Floats:
+    return np.asarray(np.cumsum(values, axis=1))
+
+
+def _means(total: Floats, at: NDArray[np.intp]) -> Floats:
+    """Return the means between samples, of values that are summed up."""
+    return np.asarray(np.diff(total[:, at], axis=1) / np.maximum(np.diff(at), 1))
 
 
 def _averaged(rates: Series, t: Floats, width: float) -> Floats:
@@ -150,34 +187,34 @@ def explain(found: Intervals, directions: Floats) -> tuple[Floats, Floats]:
     Parameters
     ----------
     found : Intervals
-    directions : (h, 3, m) float
-        What each input does to roll, pitch and yaw, for h hypotheses.
+    directions : (h, a, m) float
+        What each input does about each axis, for h hypotheses.
 
     Returns
     -------
-    left : (h, 3) float
+    left : (h, a) float
         Share of the sum of squares that is not explained, 0 to 1 for each axis.
-    gains : (h, 3) float
+    gains : (h, a) float
         rad/s2 for an input of 1, not below zero.
     """
-    left, gains = np.empty(directions.shape[:2]), np.empty(directions.shape[:2])
-    for axis in range(3):
-        y, w, u = found.change[axis], -found.rate[axis], found.inputs
-        if found.has_trim:
-            y, w, u = y - y.mean(), w - w.mean(), u - u.mean(axis=1, keepdims=True)
-        row = directions[:, axis]
-        uu = np.einsum("hi,ij,hj->h", row, u @ u.T, row)
-        uy, uw = row @ (u @ y), row @ (u @ w)
-        left[:, axis], gains[:, axis] = _two(uu, uw, uy, w @ w, w @ y, y @ y)
-    return left, gains
+    y, w, u = found.change, -found.rate, found.inputs
+    if found.has_trim:
+        y, w, u = (row - row.mean(axis=1, keepdims=True) for row in (y, w, u))
+    uu = ((directions @ (u @ u.T)) * directions).sum(axis=2)
+    uy, uw = ((directions * (row @ u.T)).sum(axis=2) for row in (y, w))
+    ww, wy, yy = (w * w).sum(axis=1), (w * y).sum(axis=1), (y * y).sum(axis=1)
+    return _two(uu, uw, uy, ww, wy, yy)
 
 
 def _two(
-    uu: Floats, uw: Floats, uy: Floats, ww: float, wy: float, yy: float
+    uu: Floats, uw: Floats, uy: Floats, ww: Floats, wy: Floats, yy: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the least squares of two regressors with coefficients not below zero, in shares."""
+    """Return the least squares of two regressors with coefficients not below zero, in shares.
+
+    ``uu``, ``uw``, ``uy`` (h, a) are products with the input, ``ww``, ``wy``, ``yy`` (a,) without.
+    """
     tiny = np.finfo(float).tiny
-    by_damping = max(wy, 0.0) ** 2 / (ww + tiny)
+    by_damping = np.maximum(wy, 0.0) ** 2 / (ww + tiny)
     alone = np.maximum(uy, 0.0) ** 2 / (uu + tiny)
     det = uu * ww - uw**2
     is_regular = det > 1e-9 * uu * ww + tiny

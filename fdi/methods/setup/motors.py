@@ -111,7 +111,10 @@ def _told(found: Judgement, ways: tuple[Arrangement, ...]) -> Check:
         },
     }
     if found.best and _beyond_doubt(found, told, best):
-        return Check(NAME, "wrong", _accusation(found, ways), numbers)
+        near = _near(found, ways)
+        only = near[0].setting if len(near) == 1 and len(near[0].words) == 1 else None
+        settings = () if only is None else (only,)
+        return Check(NAME, "wrong", _accusation(found, near), numbers, settings)
     open_ways = [w for i, w in enumerate(ways) if i and found.ahead[i] < CERTAIN]
     others = len(ways) - 1
     excluded = others - len(open_ways)
@@ -126,7 +129,8 @@ def _told(found: Judgement, ways: tuple[Arrangement, ...]) -> Check:
         return Check(NAME, "in order", f"{text} (explained: {shares})", numbers)
     if found.ahead[0] >= CERTAIN:
         text = "the frame as set fits badly, and no other arrangement explains the whole flight"
-        return Check(NAME, "not known", text, numbers)
+        motors = tuple(f"motor_{number}" for number in range(1, told.directions.shape[1] + 1))
+        return Check(NAME, "not known", text, numbers, strikes=True, rests_on=motors)
     text = f"these records do not decide: {excluded} of {others} other arrangements are ruled out"
     if excluded:
         named = "; ".join(way.words[0] for way in open_ways[:_MOST_NAMED])
@@ -148,10 +152,14 @@ def _beyond_doubt(found: Judgement, told: Arrangement, best: Arrangement) -> boo
     )
 
 
-def _accusation(found: Judgement, ways: tuple[Arrangement, ...]) -> str:
+def _near(found: Judgement, ways: tuple[Arrangement, ...]) -> list[Arrangement]:
     """Return what fits instead, likeliest first, as far as the flight cannot tell it apart."""
     order = np.argsort(found.ahead, kind="stable").tolist()
-    near = [ways[i] for i in order if i and (i == found.best or found.ahead[i] < CERTAIN)]
+    return [ways[i] for i in order if i and (i == found.best or found.ahead[i] < CERTAIN)]
+
+
+def _accusation(found: Judgement, near: list[Arrangement]) -> str:
+    """Return in words what fits instead, and by how much better."""
     words = [word for way in near for word in way.words]
     fall = (
         f"moment residuals fall from {found.misfit[0]:.1f} to {found.misfit[found.best]:.1f} "

@@ -10,14 +10,25 @@ A board that is turned about the vertical alone shows in neither: that is for th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import permutations, product
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fdi.methods.setup.records import Series, attitude, series, stretches, within
-from fdi.methods.setup.values import Check, Verdict
+from fdi.methods.setup.interval import (
+    Interval,
+    by_parts,
+    in_degrees,
+    in_percent,
+    numbers_of,
+    of_explained,
+    verdict_of,
+)
+from fdi.methods.setup.records import Series, attitude, series, spins, stretches, within
+from fdi.methods.setup.rotations import to_earth
+from fdi.methods.setup.values import Check
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
@@ -47,23 +58,56 @@ def check_mounting(log: Log) -> Iterator[Check]:
 
 
 def _upright(name: str, log: Log, force: Series) -> Check:
-    inside = within(force.t, stretches(log))
-    flies = any(not part.is_start for part in stretches(log))
-    if flies and inside.sum() >= _FEW:
-        mean, where = force.values[:, inside].mean(axis=1), "in flight"
-    else:
-        still = _at_rest(log, force)
-        if still.sum() < _FEW:
-            return Check(name, "not known", "neither a flight nor a rest is long enough")
-        mean, where = np.median(force.values[:, still], axis=1), "at rest"
-    size = float(np.linalg.norm(mean))
+    """Return where what holds the vehicle up points: in flight, and at rest where that is unsure.
+
+    Where the attitude says the same, the vehicle may lie or lean so: no sensor is turned then.
+    """
+    parts = stretches(log)
+    flies = any(not part.is_start for part in parts)
+    flying = within(force.t, parts) & ~spins(log, force.t)
+    seen = [("in flight", flying)] if flies else []
+    told: list[tuple[str, NDArray[np.bool_], Interval, float]] = []
+    for where, some in [*seen, ("at rest", _at_rest(log, force))]:
+        if some.sum() >= _FEW:
+            values = force.values[:, some]
+            size = float(np.linalg.norm(values.mean(axis=1)))
+            told.append((where, some, by_parts(_off_top(values), values.shape[1], 0.0), size))
+    if not told:
+        return Check(name, "not known", "neither a flight nor a rest is long enough")
+    fine = (one for one in told if verdict_of(one[2], fine=FITS, bad=TURNED) == "in order")
+    where, some, off, size = next(fine, told[0])
     if size < _G / 2:
         return Check(name, "not known", f"it reads {size:.1f} m/s2 {where}, which is no weight")
-    off = float(np.arccos(np.clip(-mean[2] / size, -1.0, 1.0)))
-    numbers = {"off_deg": float(np.degrees(off)), "force_m_s2": size}
-    words = f"{where} what holds the vehicle up points {np.degrees(off):.0f} degrees off its top"
-    verdict: Verdict = "wrong" if off > TURNED else "in order" if off < FITS else "not known"
-    return Check(name, verdict, words, numbers)
+    numbers = {**numbers_of("off_deg", off, float(np.degrees(1))), "force_m_s2": size}
+    angle = in_degrees(off)
+    words = f"{where} what holds the vehicle up points {angle} off its top"
+    verdict, strikes = verdict_of(off, fine=FITS, bad=TURNED), bool(off.value > TURNED)
+    if strikes and _leans_so(log, force, some):
+        words += ", and so says the attitude: it lay so, or the board is turned"
+        verdict = "not known"
+    return Check(name, verdict, words, numbers, strikes=strikes)
+
+
+def _off_top(force: Floats) -> Callable[[NDArray[np.bool_]], float]:
+    """Return what tells the angle of the mean force, (3, n), off the top, rad, of some samples."""
+
+    def off(some: NDArray[np.bool_]) -> float:
+        mean = force[:, some].mean(axis=1)
+        return float(np.arccos(np.clip(-mean[2] / max(np.linalg.norm(mean), 1e-9), -1.0, 1.0)))
+
+    return off
+
+
+def _leans_so(log: Log, force: Series, some: NDArray[np.bool_]) -> bool:
+    """Return whether the vehicle leans by its attitude to where the force points."""
+    known = attitude(log)
+    if known is None:
+        return False
+    angles = (np.interp(force.t[some], known.t, np.unwrap(row)) for row in known.values)
+    up = -to_earth(*angles)[:, 2].mean(axis=0)
+    mean = force.values[:, some].mean(axis=1)
+    sizes = float(np.linalg.norm(up) * np.linalg.norm(mean))
+    return bool(up @ mean > np.cos(FITS) * sizes)
 
 
 def _at_rest(log: Log, force: Series) -> np.ndarray:
@@ -93,15 +137,20 @@ def _turning(log: Log, turned: Series, known: Series) -> Check:
         left = ((rate - turn @ read) ** 2).mean(axis=1)
         return float(1 - (left[stirred] / size[stirred]).mean())
 
-    told, best = explained(np.eye(3)), max(map(explained, _quarter_turns()))
-    numbers = {"explained_as_set": told, "explained_best": best}
-    words = f"they explain {100 * max(told, 0.0):.0f} % of how the attitude turns"
-    if told > _EXPLAINS:
+    best = max(map(explained, _quarter_turns()))
+    # pairs count by their size: one blow is one pair
+    energy = (rate[stirred] ** 2).sum(axis=0)
+    pairs = float(energy.sum() ** 2 / (energy @ energy))
+    told = of_explained(explained(np.eye(3)), pairs)
+    other = of_explained(best, pairs)
+    numbers = {**numbers_of("explained_as_set", told), "explained_best": best}
+    words = f"they explain {in_percent(told)} of how the attitude turns"
+    if told.least > _EXPLAINS:
         return Check(name, "in order", words, numbers)
-    if told < _LITTLE and best > _EXPLAINS:
-        return Check(
-            name, "wrong", f"{words}, and {100 * best:.0f} % if their axes are turned", numbers
-        )
+    if told.value < _LITTLE and best > _EXPLAINS:
+        words += f", and {in_percent(other)} if their axes are turned"
+        sure = told.most < other.least
+        return Check(name, "wrong" if sure else "not known", words, numbers, strikes=True)
     return Check(name, "not known", words, numbers)
 
 

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from fdi.telemetry import Log
-from fdi.telemetry.ends import OVER_S
+from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.message import Floats
 
 FEW: Final = 10
@@ -25,6 +25,11 @@ _TIPPED: Final = np.radians(80.0)
 _TURNS: Final = 0.3  # rad/s, more than a vehicle on its legs
 SHORT_S: Final = 5.0
 """In the air for less than that is a take-off that failed: what precedes it counts as well."""
+
+
+_SPINS: Final = 3.5
+"""rad/s, about any axis. A sensor 0.3 m off the axis reads g sin(22.5 deg) more from then on, and
+records 0.1 s apart in time differ by 22.5 degrees: nothing of a set-up shows in a spin."""
 
 
 class Series(NamedTuple):
@@ -113,6 +118,14 @@ def _failed_start(log: Log, start: float, end: float) -> Stretch:
         after = known.t[tipped & (known.t >= start)]
         end = min([end, *after[:1].tolist()])
     return Stretch(start, end, is_start=True)
+
+
+def spins(log: Log, t: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return when the vehicle spins, (n,) bool: after a failure, not as it is flown."""
+    known = body_rates(log)
+    if known is None:
+        return np.zeros(t.size, np.bool_)
+    return np.asarray(np.interp(t, known.t, np.linalg.norm(known.values, axis=0)) > _SPINS)
 
 
 def within(t: Floats, parts: tuple[Stretch, ...]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -9,7 +9,9 @@ entry has no angles.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -50,12 +52,20 @@ def to_earth(roll: Floats, pitch: Floats, yaw: Floats) -> Floats:
 def sensor_rotations() -> tuple[Rotation, ...]:
     """Return all orientations that MAVLink knows, not turned first, each once."""
     found: list[Rotation] = []
-    for name in orientation_names():
-        angles = {axis: np.radians(float(size)) for axis, size in _ANGLE.findall(name)}
-        if not angles and name != "NONE":
-            continue
-        matrix = to_earth(*(angles.get(axis, 0.0) for axis in ("ROLL", "PITCH", "YAW")))
+    for number, matrix in rotation_numbers().items():
         if not any(np.allclose(matrix, known.matrix, atol=1e-9) for known in found):
-            matrix.flags.writeable = False
-            found.append(Rotation(name, matrix))
+            found.append(Rotation(orientation_names()[number], matrix))
     return tuple(found)
+
+
+@cache
+def rotation_numbers() -> Mapping[int, Floats]:
+    """Return all orientations by their number in MAVLink, which parameters hold, (3, 3) each."""
+    found: dict[int, Floats] = {}
+    for number, name in enumerate(orientation_names()):
+        angles = {axis: np.radians(float(size)) for axis, size in _ANGLE.findall(name)}
+        if angles or name == "NONE":
+            matrix = to_earth(*(angles.get(axis, 0.0) for axis in ("ROLL", "PITCH", "YAW")))
+            matrix.flags.writeable = False
+            found[number] = matrix
+    return MappingProxyType(found)

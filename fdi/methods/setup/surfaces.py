@@ -13,14 +13,16 @@ air does, which looks like a reversed surface at one interval length; `judge` as
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from fdi.methods.setup.arrangements import Arrangement
+from fdi.methods.setup.interval import in_percent, numbers_of, of_explained
 from fdi.methods.setup.judge import CERTAIN, judge
 from fdi.methods.setup.records import Series, Stretch, body_rates, series, stretches
-from fdi.methods.setup.values import Check
+from fdi.methods.setup.values import Check, Setting
 from fdi.telemetry import Log
 from fdi.telemetry.meaning.outputs import drives_of
 
@@ -56,39 +58,40 @@ def check_surfaces(log: Log) -> Iterator[Check]:
                 name, "not known", f"records are {slowest:.1f} s apart, too far to see moments"
             )
         else:
-            yield _judged(name, axis, rates, given, parts)
+            found = _judged(name, axis, rates, given, parts)
+            wrong = found.verdict == "wrong"
+            yield replace(found, settings=_turned_round(log, surface)) if wrong else found
 
 
 def _judged(
     name: str, axis: int, rates: Series, given: Series, parts: tuple[Stretch, ...]
 ) -> Check:
-    direction = np.zeros((3, 1))
-    direction[axis, 0] = 1.0
+    direction = np.ones((1, 1))
     ways = (Arrangement(direction, ()), Arrangement(-direction, ("reversed",)))
-    found = judge(rates, given, parts, ways)
+    turns = Series(rates.t, rates.values[axis : axis + 1])
+    found = judge(turns, given, parts, ways)
     if found is None:
         return Check(name, "not known", "the log holds no flight long enough to see moments")
-    forth, back = (float(found.explained[i, axis]) for i in (0, 1))
+    forth, back = (
+        of_explained(float(found.explained[i, 0]), float(found.independent[0])) for i in (0, 1)
+    )
     verb = "are" if name.endswith("s") else "is"
     numbers = {
-        "explained_as_meant": forth,
-        "explained_reversed": back,
+        **numbers_of("explained_as_meant", forth),
+        **numbers_of("explained_reversed", back),
         "log_likelihood_ahead": float(max(found.ahead)),
     }
-    words = f"{_AXES[axis]} follows {100 * forth:.0f} % as meant, {100 * back:.0f} % the other way"
-    stirred = found.turning[axis] >= _STIRRED
-    if (
-        found.best == 1
-        and stirred
-        and found.ahead[0] >= CERTAIN
-        and found.ahead_of_told >= _HALF
-        and back >= _EXPLAINS
-        and back > 2 * forth
-    ):
-        return Check(name, "wrong", f"{verb} reversed: {words}", numbers)
+    words = f"{_AXES[axis]} follows {in_percent(forth)} as meant, {in_percent(back)} the other way"
+    stirred = found.turning[0] >= _STIRRED
     if found.best == 0 and stirred and found.ahead[1] >= CERTAIN:
-        return Check(name, "in order", f"{words}", numbers)
-    return Check(name, "not known", f"too little of it shows in these records: {words}", numbers)
+        return Check(name, "in order", words, numbers)
+    reversed_ = back.value >= _EXPLAINS and back.value > 2 * forth.value and back.least > 0
+    if not (found.best == 1 and stirred and reversed_):
+        return Check(name, "not known", f"too little shows in these records: {words}", numbers)
+    if found.ahead[0] >= CERTAIN and found.ahead_of_told >= _HALF:
+        return Check(name, "wrong", f"{verb} reversed: {words}", numbers)
+    text = f"{words}: {verb} perhaps reversed, which not every part of the flight bears out"
+    return Check(name, "not known", text, numbers, strikes=True)
 
 
 def _meant(log: Log, surface: str) -> Series | str:
@@ -119,6 +122,23 @@ def _sign(log: Log, output: int) -> float:
         return -1.0 if turned else 1.0
     older = log.parameters.get(f"RC{output}_REV")
     return 0.0 if older is None else float(np.sign(older))
+
+
+def _turned_round(log: Log, surface: str) -> tuple[Setting, ...]:
+    """Return the parameters that would turn a surface round."""
+    if log.autopilot == "px4":
+        return ()  # CA_SV_CSn_TRQ_* says what it does; PWM_*_REV, a mask, is not known by output
+    why = "The vehicle turns against what this output is meant to do"
+    found = []
+    for n, what in drives_of(log.parameters, log.autopilot):
+        name, older = f"SERVO{n}_REVERSED", f"RC{n}_REV"
+        now = log.parameters.get(name)
+        before = log.parameters.get(older)
+        if what == surface and now is not None:
+            found.append(Setting(name, now, 0.0 if now else 1.0, why))
+        elif what == surface and before is not None:
+            found.append(Setting(older, before, -before, why))
+    return tuple(found)
 
 
 def _px4(log: Log, surface: str) -> Series | str:

@@ -18,6 +18,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.methods.setup.interval import (
+    Interval,
+    by_parts,
+    in_percent,
+    in_words,
+    numbers_of,
+    of_time,
+    verdict_of,
+)
 from fdi.methods.setup.motors import motor_thrusts
 from fdi.methods.setup.records import attitude, series, stretches, within
 from fdi.methods.setup.values import Check, Verdict
@@ -31,6 +40,8 @@ _STEADY: Final = 0.5  # m/s, climb
 _FEW: Final = 20
 _FULL: Final = 0.98  # of the largest thrust
 _OFTEN: Final = 0.05  # of the time in the air
+_LAST_S: Final = 10.0  # before the end in the air
+_ALONE: Final = 0.9  # of that time, for which one motor alone accounts
 
 
 def check_thrust(log: Log) -> Iterator[Check]:
@@ -51,22 +62,46 @@ def check_thrust(log: Log) -> Iterator[Check]:
             "thrust to weight", "not known", "the vehicle does not hover level and steadily"
         )
     else:
-        yield _ratio(log, float(np.median(thrusts.values[:, hovering].mean(axis=0))))
+        shares = thrusts.values[:, hovering].mean(axis=0)
+        yield _ratio(log, by_parts(lambda some: float(shares[some].mean()), shares.size))
     if flying.sum() >= 2 * _FEW:
-        yield _limits(np.any(thrusts.values[:, flying] >= _FULL, axis=0))
+        yield _limits(thrusts.t[flying], thrusts.values[:, flying] >= _FULL)
 
 
-def _limits(full: NDArray[np.bool_]) -> Check:
-    """Return whether a motor is at its limit all along: in the poorer half of the flight as well.
+def _limits(t: Floats, full: NDArray[np.bool_]) -> Check:
+    """Return how long a motor is at its limit, (m, n) by motor and record.
 
-    One that fails in flight drives the others there from then on, which is no matter of set-up.
+    A set-up lacks thrust in the poorer half of the flight as well; one that fails in flight, or a
+    battery that runs down, drives the motors there from then on.
     """
-    halves = np.array_split(full, 2)
-    share, least = float(full.mean()), min(float(half.mean()) for half in halves)
-    verdict: Verdict = "wrong" if least > _OFTEN else "in order"
-    words = f"in {100 * share:.1f} % of the time in the air a motor is at its upper limit"
-    late = "" if verdict == "wrong" or share <= _OFTEN else ", but not all along"
-    return Check("motor limits", verdict, words + late, {"share": share, "share_least": least})
+    some = np.asarray(full.any(axis=0))
+    found = of_time(some)
+    halves = [of_time(half) for half in np.array_split(some, 2)]
+    often = np.flatnonzero(full.mean(axis=1) >= _ALONE * found.value)
+    who = f"motor {often[0] + 1}" if often.size == 1 and found.value else "a motor"
+    share = in_percent(found)
+    words = f"in {share} of the time in the air {who} is at its upper limit"
+    verdict: Verdict = verdict_of(found, fine=_OFTEN, bad=_OFTEN)
+    if verdict == "wrong" and min(half.least for half in halves) <= _OFTEN:
+        verdict = "not known"
+        if min(half.value for half in halves) <= _OFTEN:
+            words += f", but not all along: most of it after {np.median(t[some]):.0f} s of the log"
+    last = some[t >= t[-1] - _LAST_S]
+    if found.value > _OFTEN and last.mean() > 0.5:
+        words += f", and in {100 * last.mean():.0f} % of the last {_LAST_S:.0f} s of it"
+    numbers = {
+        **numbers_of("share", found),
+        "share_of_last_10_s": float(last.mean()),
+        "share_of_poorer_half": min(half.value for half in halves),
+    }
+    return Check(
+        "motor limits",
+        verdict,
+        words,
+        numbers,
+        strikes=found.value > _OFTEN,
+        rests_on=(*(f"motor_{number}" for number in range(1, len(full) + 1)), "battery"),
+    )
 
 
 def _hovers(log: Log, t: Floats) -> NDArray[np.bool_]:
@@ -81,15 +116,23 @@ def _hovers(log: Log, t: Floats) -> NDArray[np.bool_]:
     return level
 
 
-def _ratio(log: Log, hover: float) -> Check:
+def _ratio(log: Log, hover: Interval) -> Check:
     name = "thrust to weight"
-    if hover <= 0:
+    if hover.least <= 0:
         return Check(name, "not known", "the motors' outputs in a hover are below their range")
     straight = log.autopilot != "ardupilot" and not log.parameters.get("THR_MDL_FAC")
-    low, high = 1 / hover, 1 / (hover**2 if straight else hover)
-    numbers = {"hover_thrust": hover, "ratio_least": low, "ratio_most": high}
-    told = f"{low:.1f}" if not straight else f"{low:.1f} to {high:.1f}, by the motors' curve"
+    least, low, most = (1 / hover.most, 1 / hover.value, 1 / hover.least)
+    if straight:
+        low, most = 1 / hover.value**2, most**2
+    numbers = {
+        **numbers_of("hover_thrust", hover),
+        "ratio_least": least,
+        "ratio_most": most,
+    }
+    told = in_words(Interval(low, least, most), "", digits=1)
+    if straight:
+        told = f"{least:.1f} to {most:.1f}, by the motors' curve"
     of_what = "range" if straight else "thrust"
-    words = f"{told}: a hover takes {100 * hover:.0f} % of the motors' {of_what}"
-    verdict: Verdict = "wrong" if high < LEAST else "in order" if low >= LEAST else "not known"
-    return Check(name, verdict, words, numbers)
+    words = f"{told}: a hover takes {in_percent(hover)} of the motors' {of_what}"
+    verdict: Verdict = "wrong" if most < LEAST else "in order" if least >= LEAST else "not known"
+    return Check(name, verdict, words, numbers, strikes=low < LEAST)

@@ -15,6 +15,8 @@ flags.py         the flags of a log: its own, and those that it received
 clocks.py        several logs of one flight on one clock, or why not
 views.py         what each autopilot could know: who received what from whom
 priorities.py    counters to priorities: the table of three, the rule for n
+middle.py        units of one sensor in one log: which departs from the mid value
+columns.py       the same as columns beside the sensors, for an analysis
 rules.py         one cycle: state and inputs to state and result
 replay.py        many cycles, at given times or free running at any phase
 recorded.py      what a log's own voter wrote, to be compared, never an input

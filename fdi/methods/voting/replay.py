@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.grid import checked
 from fdi.methods.voting.flags import FlagSamples
 from fdi.methods.voting.rules import Bools, Cycle, Floats, Inputs, Ints, State, begin, step
 from fdi.methods.voting.settings import Settings, microseconds
@@ -67,7 +68,7 @@ class Replay:
     vote: Ints
 
 
-def free_cycles(span: tuple[int, int], settings: Settings, phase: Floats) -> Ints:
+def free_cycles(span: tuple[int, int], settings: Settings, phase: Floats, *, records: int) -> Ints:
     """Return the times of free-running cycles.
 
     Parameters
@@ -77,13 +78,15 @@ def free_cycles(span: tuple[int, int], settings: Settings, phase: Floats) -> Int
     settings : Settings
     phase : (p,) float
         Of a cycle, 0 to 1.
+    records : int
+        Of the autopilot whose cycles they are.
 
     Returns
     -------
     (p, k) int, us
     """
     period = microseconds(settings.cycle)
-    count = max((span[1] - span[0]) // period, 1)
+    count = max(checked((span[1] - span[0]) // period, records, "cycles"), 1)
     start = span[0] + np.rint(phase * period).astype(np.int64)
     cycles: Ints = start[:, None] + period * np.arange(count)
     return cycles

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fdi.errors import LogError
+from fdi.grid import checked
 from fdi.methods.voting.flags import RECEIVED, FlagSamples, LogFlags, nothing
 from fdi.methods.voting.replay import View
 from fdi.methods.voting.settings import Settings, microseconds
@@ -108,7 +109,9 @@ def _delayed(received: FlagSamples, settings: Settings) -> FlagSamples:
 
 def _sent_each_cycle(own: FlagSamples, settings: Settings) -> FlagSamples:
     """Return flags as they arrive when they are sent once a cycle."""
-    sent = np.arange(own.t[0], own.t[-1] + 1, microseconds(settings.cycle))
+    period = microseconds(settings.cycle)
+    count = checked((int(own.t[-1]) - int(own.t[0])) // period + 1, own.t.size, "cycles")
+    sent = own.t[0] + period * np.arange(count)
     at = np.searchsorted(own.t, sent, side="right") - 1
     arrives = sent + microseconds(settings.transport or 0.0)
     return FlagSamples(arrives, sent, own.bad[at], own.since[at], own.is_airborne[at])

@@ -255,10 +255,11 @@ def _voters(
         cycles = usable.get(witness.number, next(iter(usable.values()), None))
         if cycles is None:
             share = np.array([(phase or 0.0) / settings.cycle])
-            cycles = free_cycles(span, settings, share)[0]
+            cycles = free_cycles(span, settings, share, records=own.t.size)[0]
         shown = replay(witness.view, cycles, settings)
+        phases = np.arange(PHASES) / PHASES
         free = replay(
-            witness.view, free_cycles(span, settings, np.arange(PHASES) / PHASES), settings
+            witness.view, free_cycles(span, settings, phases, records=own.t.size), settings
         )
         is_comparable = (
             stated is not None

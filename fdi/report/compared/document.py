@@ -39,6 +39,7 @@ def comparison_document(found: Comparison) -> dict[str, Any]:
                 "equations": list(test.equations),
                 "unit": test.unit,
                 "ids": list(test.ids),
+                "way": test.way,
                 "constants": [number(float(one.constant[row])) for one in found.courses],
             }
             for row, test in enumerate(found.tests)

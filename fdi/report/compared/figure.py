@@ -58,7 +58,8 @@ def _odd(found: Comparison) -> list[int]:
 def _draw(ax: Any, found: Comparison, test: int, odd: list[int]) -> None:
     tidy(ax)
     shown = customary(found.tests[test].unit)
-    band, scale = found.band, shown.scale
+    band = found.band
+    scale = shown.scale * (found.tests[test].way or 1)  # violations upwards, as in the text
     low, high = ((band.middle[test] + sign * band.half[test]) * scale for sign in (-1, 1))
     last = max(one.seconds for one in found.flights)
     t, low, high = (
@@ -74,7 +75,7 @@ def _draw(ax: Any, found: Comparison, test: int, odd: list[int]) -> None:
             ax.plot(t, value, color=FAINT, linewidth=0.4, zorder=1)
     ids = found.tests[test].ids
     name = ids[odd[0]] if odd else ids[0]
-    ax.set_ylabel(f"{name} ({unit(shown.unit) or 'no unit'})")
+    ax.set_ylabel(f"{name} ({unit(shown.unit)})" if unit(shown.unit) else name)
     _limit_height(ax, found, test, scale)
 
 

@@ -84,7 +84,9 @@ def _tests(found: Comparison) -> Iterator[RenderableType]:
     for one in outside[:MOST_TESTS]:
         test = found.tests[one.test]
         shown = customary(test.unit)
-        value, middle, half = (v * shown.scale for v in (one.value, one.middle, one.half))
+        sign = test.way or 1  # what violates a statement that has but one side is shown above zero
+        value, middle = (v * shown.scale * sign for v in (one.value, one.middle))
+        half = one.half * shown.scale
         made.add_row(
             *map(
                 text,
@@ -104,7 +106,7 @@ def _tests(found: Comparison) -> Iterator[RenderableType]:
         yield text(f"  and {plural(more, 'further test')} outside the band")
     yield text(
         "  bands: how far off the middle, in half widths of a band that holds every healthy flight "
-        "by the others; from: after take-off"
+        "by the others; from: after take-off; a test that states one side only counts on that side"
     )
 
 

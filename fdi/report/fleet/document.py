@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 from urllib.parse import quote
 
 from fdi import __version__
-from fdi.report.fleet.flagged import ENDS, bad_end, is_flagged
+from fdi.report.fleet.flagged import bad_end, flights_of, is_flagged, names_of, rank_of, worst_first
 from fdi.report.fleet.sparks import CURVES, spark_svg
 from fdi.report.fleet.vehicles import told_of, vehicles_of
 from fdi.report.page.script import policy_of, script, style
@@ -25,10 +25,18 @@ SCRIPT: Final = "fleet.js"
 STYLES: Final = ("report.css", "fleet.css")
 _ENDS: Final = {
     "landed": "landed",
-    "in_air": "the log ends in the air",
+    "in_air": "the recording stops in flight",
     "on_ground": "stayed on the ground",
     None: "no flight",
 }
+
+
+class Accused(NamedTuple):
+    """Who is accused, in a person's words, from when on, s of the log's clock, and 0..1."""
+
+    name: str
+    onset_s: float
+    confidence: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +63,12 @@ class Line:
         ``flagged``, ``failed`` or ``quiet``.
     sparks : tuple of str
         SVG of height and speed, "" for none.
+    accused : tuple of Accused
+        For each finding.
+    names : mapping of str to str
+        What a person calls each component.
+    same_flight_as : str
+        The name of the first log of its flight, "" where it is that itself.
     """
 
     number: int
@@ -68,6 +82,13 @@ class Line:
     rank: int
     state: str
     sparks: tuple[str, ...]
+    accused: tuple[Accused, ...]
+    names: Mapping[str, str]
+    same_flight_as: str
+
+    def called(self, components: Sequence[str]) -> list[str]:
+        """Return what a person calls components."""
+        return [self.names[one] for one in components]
 
 
 def fleet_page(rows: Sequence[Row], table: str) -> str:
@@ -83,7 +104,7 @@ def fleet_page(rows: Sequence[Row], table: str) -> str:
     from markupsafe import Markup
 
     sheet, own = style(STYLES), script(SCRIPT)
-    lines = [_line(place + 1, row) for place, row in enumerate(rows)]
+    lines = [_line(place + 1, rows[place]) for place in worst_first(rows)]
     return (
         templates()
         .get_template("fleet.html.j2")
@@ -97,6 +118,7 @@ def fleet_page(rows: Sequence[Row], table: str) -> str:
             counts={
                 "all": len(lines),
                 **{state: _count(lines, state) for state in ("flagged", "failed", "quiet")},
+                "to_look_at": flights_of(line.row for line in lines if line.state == "flagged"),
             },
             kinds=sorted({row["vehicle"] for row in rows if row["vehicle"]}),
             vehicles=[(one, told_of(one)) for one in vehicles_of(rows)],
@@ -113,7 +135,7 @@ def _count(lines: Sequence[Line], state: str) -> int:
 def _line(number: int, row: Row) -> Line:
     path = PurePath(row["path"])
     failed = row["error"] is not None
-    when = row["start_utc"]
+    when, names = row["start_utc"], names_of(row)
     return Line(
         number=number,
         row=row,
@@ -123,16 +145,20 @@ def _line(number: int, row: Row) -> Line:
         when=f"{when[:10]} {when[11:16]}" if when else "",
         flown="" if not row["airborne_s"] else span(row["airborne_s"]),
         ended="" if failed else bad_end(row) or _ENDS.get(row["ended"], str(row["ended"])),
-        rank=_rank(row),
+        rank=rank_of(row),
         state="failed" if failed else "flagged" if is_flagged(row) else "quiet",
         sparks=tuple(_spark(name, row) for name in CURVES),
+        accused=tuple(
+            Accused(
+                names.get(one["component"], one["component"]), one["onset_s"], one["confidence"]
+            )
+            for one in row["findings"]
+        ),
+        names=names,
+        same_flight_as=""
+        if row["same_flight_as"] is None
+        else PurePath(row["same_flight_as"]).name,
     )
-
-
-def _rank(row: Row) -> int:
-    if row["lost_control_s"] is not None and row["ended"] != "impact":
-        return ENDS.index("control_lost")
-    return ENDS.index(row["ended"]) if row["ended"] in ENDS else len(ENDS)
 
 
 def _spark(name: str, row: Row) -> str:

@@ -78,7 +78,7 @@ def vehicles_of(rows: Sequence[Row]) -> list[Vehicle]:
     """Return the vehicles of rows that have trends to show; who flew most stands first."""
     logs: dict[tuple[Any, ...], list[int]] = {}
     for place, row in enumerate(rows):
-        if row["error"] is None:
+        if row["error"] is None and row["same_flight_as"] is None:  # a point is a flight
             logs.setdefault(_key(row), []).append(place)
     found = [_vehicle(places, rows) for places in logs.values() if len(places) >= LEAST]
     return sorted((one for one in found if one.groups), key=lambda one: -len(one.rows))

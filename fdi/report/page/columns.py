@@ -80,7 +80,7 @@ def _buckets(t: Floats, most: int, keep: Spans) -> NDArray[np.intp]:
     coarse = -(-2 * (len(t) - kept) // max(most - used, 2))
     edges = np.flatnonzero(np.diff(is_kept)) + 1
     parts = [
-        np.arange(low, high, fine if is_kept[low] else max(coarse, 1))
+        np.arange(low, high)[:: fine if is_kept[low] else max(coarse, 1)]
         for low, high in zip([0, *edges.tolist()], [*edges.tolist(), len(t)], strict=True)
     ]
     return np.concatenate(parts)

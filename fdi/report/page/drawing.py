@@ -182,11 +182,15 @@ def _time_axis(span: tuple[float, float], x: Any, bottom: float) -> Iterator[str
 
 
 def _lines(
-    lines: Sequence[tuple[float, str]], span: tuple[float, float], x: Any, bottom: float
+    lines: Sequence[tuple[float, str]],
+    span: tuple[float, float],
+    x: Any,
+    bottom: float,
+    top: float = TOP,
 ) -> Iterator[str]:
     for t, kind in lines:
         if span[0] <= t <= span[1]:
-            yield f'<path class="mark {kind}" d="M{x(t):.1f} {TOP}V{bottom}"/>'
+            yield f'<path class="mark {kind}" d="M{x(t):.1f} {top}V{bottom}"/>'
 
 
 def grid_svg(
@@ -207,16 +211,19 @@ def grid_svg(
     ]
     for place, row in enumerate(rows):
         top = EDGE + ROW * place
-        name = row["fault"] if len(row["fault"]) <= 120 else row["fault"][:119] + "…"
+        name = row["name"] if len(row["name"]) <= 120 else row["name"][:119] + "…"
         look, more = ("tick accused", ", accused") if row["accused"] else ("tick", "")
         words = escaped(name) + more
         parts.append(f'<text class="{look}" x="{LEFT}" y="{top + NAME - 3}">{words}</text>')
-        for kind, style in (("off", "unknown"), ("on", f"g-{row['group']}")):
+        marked = "accused" if row["accused"] else f"g-{row['group']}"
+        for kind, style in (("off", "unknown"), ("on", marked)):
             path = _bars(list(_clipped(row[kind], span)), x, top)
             if path:
                 parts.append(f'<path class="bar {style}" d="{path}"/>')
     parts += _time_axis(span, x, EDGE + ROW * len(rows))
-    parts += _lines(lines, span, x, EDGE + ROW * len(rows))
+    # through the bars alone: a line through the names makes these hard to read
+    for place in range(len(rows)):
+        parts += _lines(lines, span, x, EDGE + ROW * (place + 1) - 1, EDGE + ROW * place + NAME)
     return "".join([*parts, "</svg>"])
 
 

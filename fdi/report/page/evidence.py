@@ -213,10 +213,9 @@ class Court:
         unit, scale, _ = customary(equation.unit)
         inside = (t >= window[0]) & (t <= window[1])
         hot = self._hot(row)
-        is_limit = equation.kind is Kind.LIMIT
-
-        # what is within a limit is zero; a residual is right minus left, so the other way round
-        ways = {"above": (-1,), "below": (1,)}.get(equation.side, (1,) if is_limit else (1, -1))
+        # what violates a statement that has but one side is drawn upwards
+        ways = (1,) if equation.way else (1, -1)
+        scale *= equation.way or 1
 
         def panel(title: str, name: str, value: Floats, bound: Floats, unit: str) -> Panel:
             names = ("threshold", "the same below")
@@ -229,9 +228,9 @@ class Court:
         found = [
             panel(
                 f"{generator.id}: residual, sample by sample",
-                "beyond the bound" if is_limit else "residual",
-                residual_of(alarms, row) * (-scale if is_limit else scale),
-                alarms.threshold[row] * scale,
+                "beyond the bound" if equation.kind is Kind.LIMIT else "residual",
+                residual_of(alarms, row) * scale,
+                alarms.threshold[row] * abs(scale),
                 _plain(unit),
             )
         ]
@@ -240,8 +239,7 @@ class Court:
             slow = np.abs(mean[inside]) / most[inside]
         if (slow[np.isfinite(slow)] > 1.0).any():
             title = f"{generator.id}: mean of what is beyond its tolerance"
-            way = -scale if is_limit else scale
-            found.append(panel(title, "mean", mean * way, most * scale, _plain(unit)))
+            found.append(panel(title, "mean", mean * scale, most * abs(scale), _plain(unit)))
         scatter = alarms.scatter[row]
         if (np.nan_to_num(scatter[inside]) > alarms.scatter_most).any():
             limit = np.full(len(t), alarms.scatter_most)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from fdi.diagnosis.values import MARKED, UNKNOWN
+from fdi.model.naming import component_words
 from fdi.report.figures import MOST_ROWS, marked_rows
 from fdi.report.timeline import is_grave, told_events, told_text
 from fdi.report.words import clean
@@ -24,6 +25,7 @@ FINEST: Final = 1500
 SEVERITY: Final[dict[str, int]] = {
     "impact": 2,
     "failsafe": 3,
+    "command": 3,
     "sensor": 4,
     "reboot": 4,
     "takeoff": 5,
@@ -65,6 +67,8 @@ def level_of(event: Event) -> int:
 def marks(analysis: Analysis) -> list[dict[str, Any]]:
     """Return the events to mark, the onsets of findings among them, in the order of time."""
     told, _ = told_events(analysis.log, MOST_MARKS)
+    components = analysis.system.components
+    names = {f.component: component_words(f.component, components) for f in analysis.findings}
     found: list[dict[str, Any]] = [
         {
             "at": round(event.t, 3),
@@ -80,8 +84,9 @@ def marks(analysis: Analysis) -> list[dict[str, Any]]:
             "at": round(finding.onset, 3),
             "kind": "onset",
             "level": 0,
-            "text": clean(f"{finding.rank} {finding.component}: onset"),
+            "text": clean(f"{finding.rank} {names[finding.component]}: onset"),
             "grave": True,
+            "rank": finding.rank,
         }
         for finding in analysis.findings
     ]
@@ -96,7 +101,7 @@ def grid_rows(analysis: Analysis) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = [
         {
             "fault": clean(grid.faults[row]),
-            "component": clean(grid.components[row]),
+            "name": _in_words(grid.faults[row], grid.components[row], analysis),
             "group": grid.groups[row],
             "accused": grid.components[row] in accused,
             "on": grid.intervals(row, MARKED),
@@ -112,6 +117,12 @@ def grid_rows(analysis: Analysis) -> list[dict[str, Any]]:
         for kind in ("on", "off"):
             row[kind] = [[round(edge, 2) for edge in bar] for bar in row[kind]]
     return rows
+
+
+def _in_words(fault: str, component: str, analysis: Analysis) -> str:
+    """Return a fault as a person tells it: whose it is, and which where a part has several."""
+    whose = clean(component_words(component, analysis.system.components))
+    return whose if fault == component else f"{whose}: {clean(fault)}"
 
 
 def _merged(bars: list[list[float]], finest: float) -> list[list[float]]:

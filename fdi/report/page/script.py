@@ -24,6 +24,7 @@ SCRIPTS: Final = (
     "track.js",
     "events.js",
     "picker.js",
+    "address.js",
     "main.js",
 )
 """Ours, in the order in which they need each other."""

@@ -14,14 +14,15 @@ from typing import Final
 import numpy as np
 
 from fdi.diagnosis import Ending, Finding, First
-from fdi.diagnosis.concerns import Concerns, concerns
+from fdi.diagnosis.concerns import Concerns
 from fdi.diagnosis.ending import led_to, went_wrong
-from fdi.diagnosis.plain import alarm_clause, alarm_words
+from fdi.diagnosis.plain import alarm_clause, alarm_sentences, alarm_words
 from fdi.model.naming import component_words, inside
 from fdi.model.parts import Component
 from fdi.report.words import at, per_cent
 from fdi.result import Analysis
 from fdi.telemetry.airtime import when_in_air
+from fdi.telemetry.impact import HARD_SPEED
 
 SOON: Final = 10.0
 """s after the onset that count for it."""
@@ -33,10 +34,11 @@ NOTHING: Final = "nothing that the tests show speaks against it"
 _SAYS: Final = ("alarm", "event", "trigger", "command")
 _HOW: Final = {
     "landed": "It landed.",
-    "in_air": "The log ends in the air.",
+    "in_air": "The recording stops in flight.",
     "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",
-    "control_lost": "Out of control; the log ends before it hits anything.",
+    "tipped_over": "It tipped over as it touched the ground.",
+    "control_lost": "Out of control; the recording stops before it hits anything.",
 }
 
 
@@ -75,6 +77,8 @@ def ending_words(ending: Ending | None) -> str:
     if end.how == "impact":
         speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
         said = f"It hit the ground{speed}, log {at(end.at)} s."
+    elif end.how == "landed" and end.speed is not None and end.speed > HARD_SPEED:
+        said = f"It came down at {end.speed:.1f} m/s, harder than a landing, and lies still."
     else:
         said = _HOW[end.how]
     if end.lost_control is not None:
@@ -219,16 +223,12 @@ def alarmed(analysis: Analysis) -> list[tuple[float, str]]:
     """
     if analysis.findings:
         return []
-    alarms, whom = analysis.alarms, concerns(analysis.bank)
+    alarms, says = analysis.alarms, alarm_sentences(analysis.bank)
     raised = alarms.alarm & when_in_air(analysis.signals)
     told: dict[str, float] = {}
     for row in map(int, np.flatnonzero(raised.any(axis=1))):
-        generator = analysis.bank.generators[row]
-        names = whom.in_order(row)
-        about = names[0] if names else analysis.system.equations[generator.residual].name
-        text = alarm_words(about, generator, analysis.system)
         at = float(alarms.residuals.t[int(np.argmax(raised[row]))])
-        told[text] = min(at, told.get(text, at))
+        told[says[row]] = min(at, told.get(says[row], at))
     return sorted((at, text) for text, at in told.items())
 
 

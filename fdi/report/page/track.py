@@ -61,7 +61,7 @@ def track(log: Log) -> Track | None:
             continue
         every = -(-len(t) // MOST)
         # the last one is where it ended
-        shown = np.union1d(np.arange(0, len(t), every), [len(t) - 1])
+        shown = np.union1d(np.arange(len(t))[::every], [len(t) - 1])
         first = up[np.isfinite(up)][:1]
         zero = float(first[0]) if height == "alt" and first.size else 0.0
         return Track(

@@ -50,7 +50,15 @@ def behind_figure(analysis: Analysis, rank: int, width_mm: float) -> Any:
         figure, axes = stacked(width_mm, heights, extra_mm=14.0)
         above = mark_times(axes, marks_of(analysis, span), span, PANEL * width_mm)
         for i, row in enumerate(rows):
-            draw_residual(axes[i], analysis, row, span, width_mm, lines_above=0 if i else above)
+            draw_residual(
+                axes[i],
+                analysis,
+                row,
+                span,
+                width_mm,
+                lines_above=0 if i else above,
+                component=finding.component,
+            )
         for ax, own in zip(axes[len(rows) :], panels, strict=True):
             draw_curves(ax, own, span, width_mm, lines_above=0)
         figure.align_ylabels(list(axes))

@@ -171,8 +171,8 @@ def draw_curves(
 
 
 def axis_text(curves: Sequence[Curve]) -> str:
-    """Return what stands beside a panel: the quantity where all agree, and the unit."""
+    """Return what stands beside a panel: the quantity where all agree, and a unit if it has one."""
     fields = list(dict.fromkeys(one.name.rpartition(".")[2] for one in curves))
     quantity = shortened(fields, 1) if len(fields) == 1 else ""
-    of_unit = f"({curves[0].unit})" if curves[0].unit else "(no unit)"
+    of_unit = f"({curves[0].unit})" if curves[0].unit else ""
     return label(f"{quantity} {of_unit}".strip(), 26)

@@ -10,8 +10,11 @@ import numpy as np
 
 from fdi.diagnosis import Finding
 from fdi.diagnosis.concerns import concerns
-from fdi.diagnosis.explain import statement
+from fdi.diagnosis.plain import alarm_sentences, alarm_words
 from fdi.errors import UsageError
+from fdi.model.parts import Kind
+from fdi.model.system import SystemEquation
+from fdi.report.page.sides import residual_of
 from fdi.report.paper.column import (
     LETTER_MM,
     PANEL,
@@ -101,33 +104,37 @@ def told_by(analysis: Analysis, finding: Finding) -> list[int]:
     return rows
 
 
-def judged_values(analysis: Analysis, row: int) -> Floats:
-    """Return a residual less the constant that was taken off it, as it was judged, SI."""
-    equation = analysis.system.equations[analysis.bank.generators[row].residual]
-    off = analysis.alarms.residuals.values[row] - analysis.alarms.centre[row]
-    wrapped: Floats = (off + np.pi) % (2 * np.pi) - np.pi
-    return wrapped if equation.circular else off
-
-
 def draw_residual(
-    ax: Any, analysis: Analysis, row: int, span: Span, width_mm: float, *, lines_above: int
+    ax: Any,
+    analysis: Analysis,
+    row: int,
+    span: Span,
+    width_mm: float,
+    *,
+    lines_above: int,
+    component: str | None = None,
 ) -> None:
-    """Draw a residual into a panel: the band is the threshold, alarms are red."""
+    """Draw a residual into a panel: the band is the threshold, alarms are red.
+
+    What violates a statement that has but one side is drawn upwards, as on the page. ``component``:
+    of whom the title is to say what an alarm means; by default whom the test concerns first.
+    """
     alarms, generator = analysis.alarms, analysis.bank.generators[row]
     equation = analysis.system.equations[generator.residual]
     shown = customary(equation.unit)
     t = alarms.residuals.t
     seen = (t >= span[0]) & (t <= span[1])
-    value = judged_values(analysis, row) * shown.scale
+    value = residual_of(alarms, row) * shown.scale * (equation.way or 1)
     bound = alarms.threshold[row] * shown.scale
-    ax.fill_between(t[seen], -bound[seen], bound[seen], color=BAND, linewidth=0)
+    low, _ = _limit_height(ax, value[seen], bound[seen], equation)
+    within = np.full(len(t), low) if equation.way else -bound
+    ax.fill_between(t[seen], within[seen], bound[seen], color=BAND, linewidth=0)
     ax.plot(*thinned(t[seen], value[seen]), color=INK, linewidth=0.7)
     hot = np.where(alarms.alarm[row], value, np.nan)
     ax.plot(t[seen], hot[seen], color=ACCENT, linewidth=1.1)
-    _limit_height(ax, value[seen], bound[seen])
-    ax.set_ylabel(f"{generator.id} ({unit(shown.unit) or 'no unit'})")
+    ax.set_ylabel(f"{generator.id} ({unit(shown.unit)})" if unit(shown.unit) else generator.id)
     letters = int(width_mm / LETTER_MM * 0.82)
-    text = label(statement(equation), 2 * letters)
+    text = label(_meaning(analysis, row, component), 2 * letters)
     ax.set_title(
         "\n".join(lines_of(text, letters)),
         fontsize=SMALL,
@@ -136,11 +143,23 @@ def draw_residual(
     )
 
 
-def _limit_height(ax: Any, value: Floats, bound: Floats) -> None:
-    """Show all of the residual, and the threshold where it does not dwarf it."""
+def _meaning(analysis: Analysis, row: int, component: str | None) -> str:
+    """Return what an alarm of a test means."""
+    bank = analysis.bank
+    if component is not None and component in concerns(bank).of(row):
+        return alarm_words(component, bank.generators[row], bank.system)
+    return alarm_sentences(bank)[row]
+
+
+def _limit_height(
+    ax: Any, value: Floats, bound: Floats, equation: SystemEquation
+) -> tuple[float, float]:
+    """Show all of the residual, and the threshold where it does not dwarf it; return the range."""
     sizes, limits = np.abs(value[np.isfinite(value)]), bound[np.isfinite(bound)]
     largest = float(sizes.max(initial=0.0))
     middle = float(np.median(limits)) if len(limits) else 0.0
     top = max(largest, min(middle, 5 * largest) if largest else middle)
-    if top > 0:
-        ax.set_ylim(-1.1 * top, 1.1 * top)
+    if top > 0:  # within a limit there is nothing below zero
+        ax.set_ylim(-(0.1 if equation.kind is Kind.LIMIT else 1.1) * top, 1.1 * top)
+    low, high = ax.get_ylim()
+    return float(low), float(high)

@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from fdi.grid import LEAST, PER_RECORD
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 
@@ -19,7 +20,7 @@ LINK: Final = "LINK"
 _HEARTBEAT: Final = "HEARTBEAT"
 _STEP_S: Final = 1.0
 _PAUSE_S: Final = 2.0  # more than a period of what telemetry sends, heartbeats among it
-_POINTS: Final = 1000  # of a pause, which a forged stamp may make as long as it likes
+_POINTS: Final = 1000  # of a pause, which damaged stamps may make as long as they like
 
 
 def with_link(messages: Mapping[str, Message]) -> dict[str, Message]:
@@ -35,9 +36,11 @@ def link_of(received: Iterable[Message]) -> Message:
     heard = np.unique(np.concatenate([m.t for m in recorded]))
     told = np.concatenate([m.t for m in recorded if m.name == _HEARTBEAT])
     parts, pauses = [told, heard[-1:]], [np.zeros(told.size), np.zeros(1)]
-    for row in np.flatnonzero(np.diff(heard) > _PAUSE_S):
+    silent = np.flatnonzero(np.diff(heard) > _PAUSE_S)
+    most = min(_POINTS, (LEAST + PER_RECORD * heard.size) // max(silent.size, 1))
+    for row in silent:
         start, end = float(heard[row]), float(heard[row + 1])
-        count = min(round((end - start) / _STEP_S) + 1, _POINTS)
+        count = min(round((end - start) / _STEP_S) + 1, most)
         # until just before something comes
         t = np.linspace(start, np.nextafter(end, start), count)
         parts += [t, heard[row + 1 : row + 2]]

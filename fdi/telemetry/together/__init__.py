@@ -6,6 +6,7 @@ from where. Logs that are not of one flight are refused.
 
 joining.py     `join`: logs to one `Log`
 placing.py     how one log lies on another's clock
+track.py       `Track`: few numbers that tell which logs are of one flight
 agreement.py   how well two logs agree at a shift in time, and at which shift best
 messages.py    which log's records stand for a message
 happenings.py  events and parameters, each once

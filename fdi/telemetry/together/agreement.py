@@ -25,6 +25,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.grid import checked, uniform
 from fdi.telemetry.log import Log
 
 Floats = NDArray[np.float64]
@@ -170,7 +171,7 @@ def agreement(pairs: Pairs, offset: float, within: float = _WITHIN_S) -> Agreeme
     offset, within : float
         s; shifts from ``offset - within`` to ``offset + within`` are tried.
     """
-    shifts = offset + np.arange(-within, within + _STEP_S / 2, _STEP_S)
+    shifts = offset + uniform(-within, within + _STEP_S / 2, _STEP_S, records=0)
     found = [row for row in (_correlations(a, b, shifts) for a, b in pairs) if row is not None]
     if len(found) < LEAST_QUANTITIES:
         return None
@@ -193,8 +194,8 @@ def best_agreement(pairs: Pairs) -> Agreement | None:
         return None
     step = float(np.clip(np.median([max(a.period, b.period) for a, b in pairs]) / 2, *_GRID_S))
     zero_a, zero_b = (min(pair[i].t[0] for pair in pairs) for i in (0, 1))
-    size = 1 + max(
-        int((one.t[-1] - zero) / step)
+    size = max(
+        _points(one, zero, step)
         for pair in pairs
         for one, zero in zip(pair, (zero_a, zero_b), strict=True)
     )
@@ -291,9 +292,15 @@ def _weighted_median(values: Floats, weight: Floats) -> float:
     return float(values[order][np.searchsorted(total, total[-1] / 2)])
 
 
+def _points(series: _Series, zero: float, step: float) -> int:
+    """Return how many points of the grid from ``zero`` on a quantity reaches."""
+    last = float(series.t[-1])
+    return checked((last - zero) // step + 1, series.t.size, f"{last - zero:g} s")
+
+
 def _grid(series: _Series, zero: float, step: float) -> tuple[Floats, Floats]:
     """Return a quantity's fast part on the grid from ``zero`` on, and where it is known (1, 0)."""
-    t: Floats = zero + step * np.arange(int((series.t[-1] - zero) / step) + 1, dtype=np.float64)
+    t: Floats = zero + step * np.arange(_points(series, zero, step), dtype=np.float64)
     known = (t >= series.t[0]) & ~_in_gap(series, t)
     value = np.zeros(t.size)
     fast = _fast(t, np.interp(t, series.t, series.value), max(_WINDOW_S, _WINDOW_PERIODS * step))

@@ -89,6 +89,7 @@ def join(logs: Sequence[Log]) -> Log:
         sources=tuple(dict.fromkeys(sources)),
         recordings=recordings,
         defaults=MappingProxyType({k: v for log in logs[::-1] for k, v in log.defaults.items()}),
+        judge=lambda: tuple(one for log in logs for one in log.judge()),
         _cache={},
     )
 

@@ -9,7 +9,7 @@ from flights import SHARED
 
 from fdi.methods.estimator import EstimatorHealth, estimator_health
 from fdi.methods.estimator.records import cores_of, family_of, flown
-from fdi.methods.estimator.tree import Node, first_path, path, walk
+from fdi.methods.estimator.tree import Node, first_path, path, unexplained, walk, without_effect
 from fdi.methods.estimator.validity import validity_tree
 from fdi.telemetry import Log, read
 
@@ -206,6 +206,15 @@ def test_a_mask_of_1_15_agrees_with_the_topic_that_names_the_bits() -> None:
     mask = status.si("filter_fault_flags").astype(int)
     assert set(mask) == {0, 1 << 10}  # where masks.json has bad_acc_vertical from 1.15 on
     assert np.mean((mask > 0) == named) > 0.99  # but for the records at its beginning and end
+
+
+@pytest.mark.parametrize("name", sorted(TRIPLEX))
+def test_an_attitude_flag_of_1_12_without_a_cause_is_told_as_unexplained(name: str) -> None:
+    (top, *_) = health_of(name).trees
+    attitude = next(child for child in top.children if child.name == "attitude invalid")
+    assert attitude.spans
+    assert unexplained(attitude) == attitude.spans  # neither stale nor a quaternion that is none
+    assert without_effect(top, attitude)  # and no failsafe came of it
 
 
 def test_selector_whipsaw_of_a_fixed_wing() -> None:

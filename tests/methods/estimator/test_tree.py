@@ -7,7 +7,19 @@ from hypothesis import strategies as st
 
 from fdi.methods.estimator.failsafe import tripped
 from fdi.methods.estimator.spans import gaps, lasting, spans_of, within
-from fdi.methods.estimator.tree import Node, all_of, any_of, cut, first_path, joined, path, walk
+from fdi.methods.estimator.tree import (
+    Node,
+    all_of,
+    any_of,
+    cut,
+    first_path,
+    joined,
+    path,
+    unexplained,
+    walk,
+    without_effect,
+)
+from fdi.report.estimator_text import gate_of
 
 SPANS = st.lists(st.tuples(st.floats(0, 50), st.floats(0, 10)), max_size=6).map(
     lambda found: joined([(low, low + length) for low, length in found])
@@ -132,4 +144,37 @@ def counted(bad: list[tuple[float, float]], end: float) -> list[tuple[float, flo
 def test_the_failsafes_counter_equals_the_autopilots(found: list[tuple[int, int]]) -> None:
     bad = [(low / 10 - 0.05, (low + length) / 10 - 0.05) for low, length in found]
     expected = [pytest.approx(span) for span in counted(bad, 12.0)]
-    assert list(tripped(bad, (0.0, 12.0))) == expected
+    assert list(tripped(bad, (0.0, 12.0), records=120)) == expected
+
+
+@given(SPANS, SPANS)
+def test_a_computed_or_is_never_contradicted_by_its_children(a: object, b: object) -> None:
+    top = any_of("or", (Node("a", a), Node("b", b)))  # type: ignore[arg-type]
+    assert unexplained(top) == ()
+    assert not any(without_effect(top, child) for child in top.children)
+
+
+def test_an_or_that_the_log_tells_without_any_child_says_so() -> None:
+    children = (Node("a", ((4.0, 5.0),)), Node("b", ()))
+    top = Node("top", ((1.0, 2.0), (4.5, 6.0)), "its flag", "any", children)
+    assert unexplained(top) == ((1.0, 2.0),)
+    assert gate_of(top) == "OR, though 1 time by none of these"
+    assert gate_of(cut(top, (0.0, 3.0))) == "OR, though by none of these"
+    assert gate_of(cut(top, (3.0, 6.0))) == "OR"
+
+
+def test_a_cause_recorded_up_to_one_record_later_explains() -> None:
+    late = Node("late", ((1.3, 9.0),), resolution=0.2)
+    assert unexplained(Node("top", ((1.0, 9.0),), "", "any", (late,), 0.1)) == ()
+    assert unexplained(Node("top", ((1.0, 9.0),), "", "any", (late,), 0.05)) == ((1.0, 9.0),)
+
+
+def test_a_child_that_was_true_while_the_log_says_no_is_named_as_not_enough() -> None:
+    child, other = Node("idle", ((1.0, 2.0),)), Node("cause", ((4.0, 9.0),))
+    top = Node("top", ((4.0, 9.0),), "its flag", "any", (child, other))
+    assert without_effect(top, child) == ((1.0, 2.0),)
+    assert without_effect(top, other) == ()
+    assert gate_of(top) == "OR, though not by 'idle' alone"
+    unknown = Node("top", None, "", "any", (child,))
+    assert without_effect(unknown, child) == ()
+    assert gate_of(unknown) == ""

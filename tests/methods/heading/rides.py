@@ -1,4 +1,4 @@
-"""Logs of a vehicle that turns and leans, with positions that fit, and edits of their records."""
+"""Logs of a vehicle that turns and leans, and edits of their records."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,18 +34,5 @@ def later(size: float) -> Edit:
 
 
 def flown(path: Path, ride: Ride | None = None) -> Log:
-    """Return the log of a ride whose receiver tells positions that fit its velocity."""
-    log = read(write(path, ride or Ride()))
-    gps = log["GPS_RAW_INT"]
-    speed, course = gps.si_of_records("vel"), gps.si_of_records("cog")
-    ways = []
-    for part in (speed * np.cos(course), speed * np.sin(course)):
-        steps = np.diff(gps.t) * (part[1:] + part[:-1]) / 2
-        ways.append(np.insert(np.cumsum(steps), 0, 0.0))
-    east = METRE / np.cos(gps.si_of_records("lat"))
-    return altered(
-        log,
-        "GPS_RAW_INT",
-        lat=lambda t, own: own + ways[0] * METRE,
-        lon=lambda t, own: own + ways[1] * east,
-    )
+    """Return the log of a ride."""
+    return read(write(path, ride or Ride()))

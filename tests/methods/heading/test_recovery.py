@@ -7,7 +7,7 @@ import pytest
 
 from fdi.errors import UsageError
 from fdi.methods.heading import cross_check, recover
-from fdi.methods.heading.recovery import REPLACED
+from fdi.methods.heading.recovery import REPLACED, _smoothed
 from fdi.telemetry import Log
 
 from .rides import FAILS, METRE, altered, flown, later
@@ -194,3 +194,9 @@ def test_the_same_log_recovers_the_same(healthy: Log, tmp_path: Path) -> None:
     for ending in ("csv", "parquet"):
         one, other = ((tmp_path / f"{x}.{ending}").read_bytes() for x in "ab")
         assert one == other
+
+
+def test_a_mean_is_never_over_more_than_there_is() -> None:
+    """Records that a damaged clock sets a nanosecond apart would ask for gigabytes."""
+    assert _smoothed(np.ones((3, 10)), 1e-9).shape == (3, 10)
+    np.testing.assert_allclose(_smoothed(np.ones((3, 200)), 0.1)[:, -1], 1.0)

@@ -27,6 +27,9 @@ class Ride:
     accelerometer: np.ndarray = field(default_factory=lambda: EYE)
     gyroscope: np.ndarray = field(default_factory=lambda: EYE)
     heading_off: float = 0.0  # rad, what the log's heading is too much
+    course_off: float = 0.0  # rad, what the receiver's course is too much; its places are right
+    upset: float = np.inf  # s, from when on the vehicle spins at 20 rad/s, 0.2 m beside its sensors
+    lies: bool = False  # on its side all along, as its attitude says
     turns: bool = True
     rate: float = 10.0
     length: float = 60.0
@@ -57,7 +60,10 @@ def write(path: Path, ride: Ride) -> Path:
     pull = G * up[:, :2] / -up[:, 2:]
     pull -= pull.mean(axis=0)
     speed = np.cumsum(pull, axis=0) / ride.rate
+    place = np.radians(PLACE) + np.cumsum(speed, axis=0) / ride.rate / 6.37e6 / [1, np.cos(0.82)]
     held = turn.inv().apply(np.c_[pull, np.full(t.size, -G)])
+    held[t > ride.upset, 0] += 20.0**2 * 0.2
+    rates[t > ride.upset, 2] = 20.0
     amperes = 10.0 + 8.0 * np.sin(0.37 * t) * flies
     field_ = turn.inv().apply(np.tile(earth(), (t.size, 1))) + ride.per_ampere * amperes[:, None]
     seen = {
@@ -69,24 +75,27 @@ def write(path: Path, ride: Ride) -> Path:
         record(0.0, mav.MAVLink_param_value_message(n.encode(), v, 9, len(ride.told), i))
         for i, (n, v) in enumerate(ride.told.items())
     ]
-    angles = np.c_[roll, pitch, yaw + ride.heading_off]
+    angles = np.c_[roll + ride.lies * np.pi / 2, pitch, yaw + ride.heading_off]
     for k in range(t.size):
-        parts += _at(k, t[k], ride, angles[k], rates[k], speed[k], seen, flies[k], amperes[k])
+        at = (*(speed[k]), *(np.degrees(place[k]) * ride.has_place))
+        parts += _at(k, t[k], ride, angles[k], rates[k], at, seen, flies[k], amperes[k])
     path.write_bytes(b"".join(parts))
     return path
 
 
-def _at(k, t, ride, angles, rates, speed, seen, flies, amperes) -> list[bytes]:
+def _at(k, t, ride, angles, rates, moved, seen, flies, amperes) -> list[bytes]:
     stamp, height = round(1000 * t), 20.0 * flies
     wrapped = (angles + np.pi) % (2 * np.pi) - np.pi
     readings = [round(float(x)) for name in ("acc", "gyro", "mag") for x in seen[name][k]]
     armed = mav.MAV_MODE_FLAG_SAFETY_ARMED | mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     beat = mav.MAVLink_heartbeat_message(ride.kind, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, armed, 0, 4, 3)
-    course = np.degrees(np.arctan2(speed[1], speed[0])) % 360
-    lat, lon = (round(1e7 * x) if ride.has_place else 0 for x in PLACE)
+    north, east, *place = moved
+    course = np.degrees(np.arctan2(east, north) + ride.course_off) % 360
+    lat, lon = (round(1e7 * x) for x in place)
     position = (lat, lon, round(1000 * (400 + height)), round(1000 * height), 0, 0, 0, 0)
-    fix = (1000 * stamp, 3, lat, lon, 400000, 80, 80, round(100 * np.hypot(*speed)))
+    fix = (1000 * stamp, 3, lat, lon, 400000, 80, 80, round(100 * np.hypot(north, east)))
     battery = (0, 0, 0, 0, [12000] + [65535] * 9, round(100 * amperes), 0, 0, 50)
+    outputs = [ride.output + (3 * k + motor) % 5 - 2 for motor in range(4)]  # a controller's
     messages = [
         *([beat] if k % round(ride.rate) == 0 else []),
         mav.MAVLink_attitude_message(stamp, *wrapped, *rates),
@@ -95,6 +104,6 @@ def _at(k, t, ride, angles, rates, speed, seen, flies, amperes) -> list[bytes]:
         mav.MAVLink_global_position_int_message(stamp, *position),
         mav.MAVLink_vfr_hud_message(0.0, 0.0, 0, 35, 400 + height, 0.0),
         mav.MAVLink_battery_status_message(*battery),
-        mav.MAVLink_servo_output_raw_message(1000 * stamp, 0, *([ride.output] * 4), 0, 0, 0, 0),
+        mav.MAVLink_servo_output_raw_message(1000 * stamp, 0, *outputs, 0, 0, 0, 0),
     ]
     return [record(t, message) for message in messages]

@@ -68,6 +68,12 @@ def test_two_ways_that_move_alike_are_both_told(tmp_path: Path) -> None:
     check = told(tmp_path, turns=-1.0, rate=25)
     assert "all propellers turn the other way" in check.text
     assert "FRAME_TYPE fits 3 (H), not 1" in check.text
+    assert check.settings == ()  # the propellers may be what is wrong
+
+
+def test_a_frame_that_alone_fits_is_suggested(tmp_path: Path) -> None:
+    (setting,) = told(tmp_path, places=(3, 0, 1, 2), rate=25).settings
+    assert (setting.name, setting.now, setting.suggested) == ("FRAME_TYPE", 1.0, 12.0)
 
 
 def test_a_frame_that_is_not_told_is_not_guessed(tmp_path: Path) -> None:

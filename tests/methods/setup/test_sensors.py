@@ -83,6 +83,38 @@ def test_a_heading_that_is_off_is_found_by_where_the_vehicle_goes(
     assert abs(off) < 5
 
 
+def test_a_receiver_that_contradicts_its_own_places_turns_no_compass(tmp_path: Path) -> None:
+    """Its course is off by 90 degrees, and so where the vehicle seems to go; its places are not."""
+    check = checks(tmp_path, course_off=np.radians(90))["heading"]
+    assert check.numbers["off_deg"] == pytest.approx(90, abs=5)
+    assert check.verdict == "not known"
+    assert not check.strikes
+    assert "not that of its own positions" in check.text
+
+
+@pytest.mark.parametrize("name", ["accelerometer 1", "compass 1"])
+def test_a_spin_after_a_failure_turns_no_sensor(tmp_path: Path, name: str) -> None:
+    """80 m/s2 of a spin push the mean force 80 degrees off the top, in two thirds of the flight."""
+    check = checks(tmp_path, upset=20.0)[name]
+    assert check.verdict == "in order", check.text
+
+
+def test_a_vehicle_that_lies_on_its_side_has_no_turned_board(tmp_path: Path) -> None:
+    """Accelerometer and attitude agree: nothing tells a turned board from a vehicle that lies."""
+    side = Rotation.from_euler("ZYX", [0, 0, -90], degrees=True).as_matrix()
+    check = checks(tmp_path, accelerometer=side.T, lies=True)["accelerometer 1"]
+    assert check.verdict == "not known"
+    assert check.strikes
+    assert "so says the attitude" in check.text
+
+
+def test_a_compass_that_is_not_used_strikes_nobody(tmp_path: Path) -> None:
+    check = checks(tmp_path, compass=QUARTER, told={"COMPASS_USE": 0.0})["compass 1"]
+    assert check.verdict == "not known"
+    assert not check.stands_out
+    assert "does not use it" in check.text
+
+
 def test_a_board_upside_down_shows_in_flight(tmp_path: Path) -> None:
     check = checks(tmp_path, accelerometer=FLAT)["accelerometer 1"]
     assert check.verdict == "wrong"

@@ -92,3 +92,9 @@ def test_a_servo_that_is_turned_round_by_its_parameter_is_in_order(tmp_path: Pat
 def test_nothing_is_said_where_no_parameter_tells_the_direction(tmp_path: Path) -> None:
     found = flown(tmp_path / "plane.tlog", (-1, 1, 1), (0, 0, 0), told=False)
     assert {found[name].verdict for name in NAMES} == {"not known"}
+
+
+def test_a_reversed_surface_names_the_parameter_that_turns_it_round(tmp_path: Path) -> None:
+    found = flown(tmp_path / "plane.tlog", (1, -1, 1), (0, 0, 0))["elevator"]
+    (setting,) = found.settings
+    assert (setting.name, setting.now, setting.suggested) == ("SERVO2_REVERSED", 0.0, 1.0)

@@ -128,7 +128,8 @@ def test_every_recorded_cycle_follows_from_the_inputs_that_the_reference_states(
 def test_at_any_phase_every_change_comes_within_a_cycle_of_the_record(one):
     seen = stated_inputs(one)
     own = seen.samples[seen.own].t
-    cycles = free_cycles((int(own[0]), int(own[-1])), RECORDED, np.arange(PHASES) / PHASES)
+    span, phases = (int(own[0]), int(own[-1])), np.arange(PHASES) / PHASES
+    cycles = free_cycles(span, RECORDED, phases, records=own.size)
     free = replay(seen, cycles, RECORDED)
     changes = one["record"]["pilot_selection"][1:]
     for t, votes in zip(free.t, free.vote, strict=True):

@@ -26,7 +26,7 @@ def at(view_, t, rules=RULES):
 
 def test_free_cycles_of_any_phase_react_within_two_cycles_of_the_cause():
     """Flags lost at 42.628 s: the vote changes from 43.64 to 44.62 s at steps of 20 ms."""
-    cycles = free_cycles((20 * S, 60 * S), RULES, np.arange(50) / 50)
+    cycles = free_cycles((20 * S, 60 * S), RULES, np.arange(50) / 50, records=2000)
     found = replay(view(lost_at(42.628), WELL, WELL), cycles, RULES)
     changes = [
         t[np.flatnonzero(np.diff(v))[0] + 1] / S for t, v in zip(found.t, found.vote, strict=True)

@@ -61,6 +61,7 @@ def row(path: str, **changes: Any) -> dict[str, Any]:
         "model": "quadcopter",
         "verdict": "Nothing points to a failed component.",
         "not_testable": ["airspeed"],
+        "names": [{"component": "motor_1", "name": "Motor 1 (front right)"}],
         "curves": [
             {"name": "height", "unit": "m", **curve},
             {"name": "speed", "unit": "m/s", **curve},

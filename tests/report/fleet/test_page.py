@@ -15,7 +15,7 @@ from fdi.telemetry import Log
 
 from ..build import message, small_log
 from ..test_text import HOSTILE
-from .build import accused, row, trend
+from .build import accused, finding, row, trend
 
 HARM = "\"'><img src=x onerror=document.title='harm'><script>document.title='harm'</script>"
 MOST_BYTES = 6_000_000
@@ -28,9 +28,30 @@ def texts(page: str) -> str:
 def test_a_row_says_how_it_ended_and_who_is_accused_when_and_how_sure() -> None:
     said = " ".join(texts(fleet_page([accused("a.tlog"), row("b.tlog")], "t.parquet")).split())
     assert "hit the ground at 9.8 m/s, 85.0 s" in said
-    assert "motor_1 from 34.5 s, 93 %" in said
+    assert "Motor 1 (front right) from 34.5 s, 93 %" in said
     assert "1 ended badly or with an accusation, 1 neither, 0 without an analysis" in said
     assert "cannot be shown by this log: airspeed" in said
+
+
+def test_the_worst_stand_first_and_numbers_are_those_of_the_table() -> None:
+    rows = [
+        row("quiet.tlog"),
+        failed(Job("none.bin"), OSError("gone")),
+        accused("less.tlog", findings=[finding("motor_1", confidence=0.6)], ended="landed"),
+        accused("more.tlog", findings=[finding("motor_1", confidence=0.9)], ended="landed"),
+        accused("impact.tlog"),
+    ]
+    page = fleet_page(rows, "t.parquet")
+    assert re.findall(r'<tr id="log-(\d)"', page) == ["5", "4", "3", "2", "1"]
+
+
+def test_two_logs_of_one_flight_are_one_flight_to_look_at() -> None:
+    logs = [accused("a.tlog"), accused("a.bin", same_flight_as="a.tlog"), row("b.tlog")]
+    page = fleet_page(logs, "t.parquet")
+    assert "3 logs: 1 flight to look at" in texts(page)
+    assert texts(page).count("same flight as a.tlog") == 1
+    (alike,) = vehicles_of(logs)
+    assert alike.rows == (0, 2)
 
 
 def test_a_log_without_an_analysis_says_why_and_claims_nothing() -> None:
@@ -60,6 +81,7 @@ def test_foreign_text_is_inert() -> None:
         firmware=HOSTILE,
     )
     one["findings"][0].update(component=HARM, text=HOSTILE)
+    one["names"] = [{"component": HARM, "name": HARM}]
     two = row("\udcff\u202e.tlog", hardware=HARM, vehicle=HARM, trends=one["trends"])
     page = fleet_page([one, two], HARM)
     page.encode()

@@ -150,14 +150,16 @@ def test_no_page_is_wider_than_its_window(page: Any, width: int) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_print_opens_all_details_and_shows_drawings(page: Any) -> None:
+def test_paper_shows_drawings_and_evidence_but_no_tables_of_parameters_and_tests(page: Any) -> None:
     page.locator(".case").first.scroll_into_view_if_needed()
     page.locator(".case .uplot").first.wait_for()
     page.emulate_media(media="print")
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert page.locator("details:not([open])").count() == 0
     assert page.locator(".case .still svg").first.is_visible()
     assert not page.locator(".case .uplot").first.is_visible()
+    assert page.locator("#quiet").is_visible()
+    assert page.locator(".paper").is_visible()  # says what is left out
+    for left_out in ("#parameters", "#residuals", "#events", "#channels"):
+        assert not page.locator(left_out).is_visible()
 
 
 def test_without_scripts_drawings_and_tables_tell_it(browser: Any, written: Path) -> None:
@@ -169,3 +171,37 @@ def test_without_scripts_drawings_and_tables_tell_it(browser: Any, written: Path
     assert not opened.locator("#bar").is_visible()
     assert opened.locator("noscript").count() == 1
     context.close()
+
+
+def test_the_address_holds_what_is_shown_and_shows_what_it_holds(page: Any) -> None:
+    page.evaluate("flightClock.show(20, 30)")
+    until(page, "location.hash === '#t=20,30'")
+    page.evaluate("location.hash = '#t=40,44.5'")
+    until(page, "flightClock.shown[0] === 40")
+    assert seen(page) == (40, 44.5)
+    page.evaluate("location.hash = '#t=x,9'")
+    page.evaluate("location.hash = '#findings'")
+    assert seen(page) == (40, 44.5)
+
+
+def test_what_a_plot_shows_is_saved_as_csv(page: Any) -> None:
+    figure = page.locator('figure[data-plot="overview.0"]')
+    figure.scroll_into_view_if_needed()
+    page.evaluate("flightClock.show(20, 30)")
+    with page.expect_download() as found:
+        figure.get_by_role("button", name="save the shown stretch as CSV").click()
+    head, *rows = Path(found.value.path()).read_text("utf-8").splitlines()
+    assert head.startswith('"s",')
+    times = [float(row.split(",")[0]) for row in rows]
+    assert len(times) > 5
+    assert 20 <= min(times) < max(times) <= 30
+
+
+def test_a_plot_can_be_folded_and_made_taller(page: Any) -> None:
+    figure = page.locator('figure[data-plot="overview.0"]')
+    figure.scroll_into_view_if_needed()
+    height = figure.locator(".u-wrap").bounding_box()["height"]
+    figure.get_by_role("button", name="twice as high").click()
+    assert figure.locator(".u-wrap").bounding_box()["height"] == 2 * height
+    figure.get_by_role("button", name="fold or unfold").click()
+    assert not figure.locator(".live").is_visible()

@@ -144,7 +144,7 @@ def test_an_end_that_nobody_is_accused_for_has_a_case_too(tmp_path: Path) -> Non
     ((_, shown),) = found.firsts
     assert shown is not None
     assert shown.case.window == (45.0, 65.0)
-    assert "What was first" in html_report(small_analysis(tmp_path, **changes))
+    assert "What showed first" in html_report(small_analysis(tmp_path, **changes))
 
 
 @pytest.mark.parametrize(("group", "shown"), [("autopilot", 1), ("sensor", 0)])
@@ -332,6 +332,17 @@ def test_marks_hold_take_off_impact_and_the_onset(analysis: Analysis) -> None:
     assert "parameter" not in found
 
 
+def test_the_mark_of_finding_1_says_which_it_is_though_another_onset_is_earlier(
+    analysis: Analysis,
+) -> None:
+    """The button "moment" looks for it: the first mark may be that of a lesser finding."""
+    first = analysis.findings[0]
+    earlier = replace(first, rank=2, onset=12.0)
+    both = replace(analysis.diagnosis, findings=(first, earlier))
+    onsets = [m for m in marks(replace(analysis, diagnosis=both)) if m["kind"] == "onset"]
+    assert [(m["rank"], m["at"]) for m in onsets] == [(2, 12.0), (1, first.onset)]
+
+
 def test_a_page_stays_small_however_long_the_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -377,16 +388,27 @@ def test_what_plots_need_is_thinned_too_where_there_is_no_room(analysis: Analysi
 
 
 def test_the_grid_says_which_faults_are_of_the_accused(analysis: Analysis) -> None:
-    """The colours are those of subsystems: red among them accuses nobody."""
+    """In words and by the colour of their bars, which is no subsystem's."""
     rows = grid_rows(analysis)
-    assert {row["component"] for row in rows if row["accused"]} == {"gps"}
+    accused = [row for row in rows if row["accused"]]
+    assert {row["name"].split(":")[0] for row in accused} == {"Gps"}
     drawn = grid_svg(rows, (0.0, 90.0))
-    assert drawn.count(", accused<") == sum(row["accused"] for row in rows)
+    assert drawn.count(", accused<") == len(accused)
+    assert drawn.count('class="bar accused"') == sum(bool(row["on"]) for row in accused)
+
+
+def test_no_line_of_the_grid_crosses_a_name(analysis: Analysis) -> None:
+    rows = grid_rows(analysis)
+    drawn = grid_svg(rows, (0.0, 90.0), [(40.0, "onset")])
+    names = [float(y) for y in re.findall(r'class="tick[^"]*" x="62" y="([0-9.]+)"', drawn)]
+    lines = re.findall(r'class="mark onset" d="M[0-9.]+ ([0-9.]+)V([0-9.]+)"', drawn)
+    assert len(lines) == len(names) == len(rows)
+    assert not any(float(a) < y - 4 < float(b) for a, b in lines for y in names)
 
 
 def test_bars_of_the_grid_stand_at_their_time_on_the_axis_of_the_plots() -> None:
     t = np.array([0.0, 5.0, 10.0])
-    row = {"fault": "gps.drift", "group": "sensor", "accused": False} | {"on": [[5, 10]], "off": []}
+    row = {"name": "gps.drift", "group": "sensor", "accused": False} | {"on": [[5, 10]], "off": []}
     panel = Panel("height", "m", (Curve("flown", t, t),))
     (bar,) = re.findall(r'class="bar g-sensor" d="M([0-9.]+) ', grid_svg([row], (0.0, 10.0)))
     assert f"L{bar} " in panel_svg(panel, (0.0, 10.0))  # of the middle sample

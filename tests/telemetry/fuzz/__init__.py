@@ -8,6 +8,7 @@ raised, in bounded time and memory.
 
 heads.py      short logs of every format, cut out of real ones or composed
 mutations.py  number to input
+clocks.py     the same of damaged clocks, for `--clocks`
 definitions.py the same of what a log says about itself, for `--analyze`
 whole.py      how the whole analysis of it ends, by the exit code
 exercise.py   what is asked of a log, and what has to hold

@@ -1,7 +1,7 @@
 """Tries many inputs in several processes; keeps one small input of every failure; returns 1 then.
 
 PYTHONPATH=tests python -m telemetry.fuzz [--count N] [--first N] [--workers N] [--out FOLDER]
-                                         [--reader tlog|bin|log|ulg]... [--analyze]
+                                         [--reader tlog|bin|log|ulg]... [--analyze] [--clocks]
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from . import definitions, mutations
+from . import mutations
 from .mutations import Input
 from .smaller import smaller
-from .worker import WHOLE
+from .worker import CLOCKS, FLIGHTS, MAKERS, WHOLE
 
 SOAK: Final = 200_000
 PORTION: Final = 2000  # numbers of one worker: what a crash or a hang costs at most
@@ -39,11 +39,19 @@ ALONE: Final = {
 }
 
 Failure = dict[str, Any]
+Cost = tuple[str, float, float, float]
+"""What was done, s of CPU, this over that of the undamaged log (NaN: not taken), and MB at most."""
 
 
-def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[Failure]:
-    """Yield the failures among inputs ``first`` to before ``last``, in processes that may die."""
-    asked, others = (readers[:1], readers[1:]) if WHOLE in readers else ([], readers)
+def try_numbers(
+    first: int, last: int, readers: Sequence[str] = (), costs: list[Cost] | None = None
+) -> Iterator[Failure]:
+    """Yield the failures among inputs ``first`` to before ``last``, in processes that may die.
+
+    What every input took is appended to ``costs``.
+    """
+    is_made = bool(readers) and readers[0] in MAKERS
+    asked, others = (readers[:1], readers[1:]) if is_made else ([], readers)
     while first < last:
         worker = subprocess.Popen(
             [sys.executable, "-m", "telemetry.fuzz.worker", *asked, str(first), str(last), *others],
@@ -68,6 +76,9 @@ def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[
                 trying = said["trying"]
             elif "done" in said:
                 trying = last
+            elif "cost" in said:
+                if costs is not None:
+                    costs.append(tuple(said["cost"]))
             else:
                 yield said
         _, complaint = worker.communicate()
@@ -86,16 +97,23 @@ def try_numbers(first: int, last: int, readers: Sequence[str] = ()) -> Iterator[
 
 
 def _input(number: int, readers: Sequence[str]) -> Input:
-    return (definitions if WHOLE in readers else mutations).make_input(number)
+    make = MAKERS.get(readers[0], mutations.make_input) if readers else mutations.make_input
+    return make(number)
 
 
-def run(first: int, count: int, workers: int, readers: Sequence[str] = ()) -> list[Failure]:
+def run(
+    first: int,
+    count: int,
+    workers: int,
+    readers: Sequence[str] = (),
+    costs: list[Cost] | None = None,
+) -> list[Failure]:
     """Return all failures, telling the progress where somebody watches."""
     size = min(PORTION, -(-count // workers))
     found: list[Failure] = []
 
     def portion(low: int) -> list[Failure]:
-        return list(try_numbers(low, min(low + size, first + count), readers))
+        return list(try_numbers(low, min(low + size, first + count), readers, costs))
 
     with ThreadPoolExecutor(workers) as pool:
         for i, failures in enumerate(pool.map(portion, range(first, first + count, size)), 1):
@@ -109,13 +127,23 @@ def run(first: int, count: int, workers: int, readers: Sequence[str] = ()) -> li
     return found
 
 
+def tell(costs: Sequence[Cost]) -> None:
+    """Print what the inputs took at most: one row for each thing that was done."""
+    print("done        inputs   CPU s    times undamaged   MB")
+    for what in sorted({cost[0] for cost in costs}):
+        rows = [cost[1:] for cost in costs if cost[0] == what]
+        seconds, times, memory = (max(column) for column in zip(*rows, strict=True))
+        print(f"{what:10} {len(rows):7} {seconds:7.2f} {times:18.1f} {memory:4.0f}")
+
+
 def keep(found: list[Failure], folder: Path, readers: Sequence[str] = ()) -> None:
     """Write one input of every kind of failure, as small as it gets."""
     folder.mkdir(parents=True, exist_ok=True)
     first = {failure["what"]: failure for failure in reversed(found)}
     for i, (what, failure) in enumerate(sorted(first.items())):
         data = _input(failure["number"], readers).data
-        if WHOLE not in readers and what != "hangs" and not what.startswith("dies"):
+        is_whole = bool({WHOLE, FLIGHTS} & set(readers))
+        if not is_whole and what != "hangs" and not what.startswith("dies"):
             with tempfile.TemporaryDirectory() as name:
                 data = smaller(data, what, failure["number"], Path(name))
         stem = folder / f"{i:02d}_{failure['number']}"
@@ -143,10 +171,20 @@ def main() -> int:
         action="store_true",
         help="let definitions and metadata that are wrong go through the whole analysis instead",
     )
+    parser.add_argument(
+        "--clocks",
+        action="store_true",
+        help="damage the clocks instead; with --analyze those of whole flights, for all commands",
+    )
     asked = parser.parse_args()
-    readers = [WHOLE] if asked.analyze else asked.reader
+    readers = asked.reader
+    if asked.clocks:
+        readers = [FLIGHTS if asked.analyze else CLOCKS]
+    elif asked.analyze:
+        readers = [WHOLE]
     started = time.perf_counter()
-    found = run(asked.first, asked.count, asked.workers, readers)
+    costs: list[Cost] = []
+    found = run(asked.first, asked.count, asked.workers, readers, costs)
     print(
         f"{asked.count} inputs from number {asked.first} on, {len(found)} failures, "
         f"{time.perf_counter() - started:.0f} s"
@@ -154,6 +192,7 @@ def main() -> int:
     for what, count in Counter(failure["what"] for failure in found).most_common():
         numbers = [str(failure["number"]) for failure in found if failure["what"] == what]
         print(f"{count:8}  {what}: {', '.join(numbers[:_NAMED])}")
+    tell(costs)
     keep(found, asked.out, readers)
     return 1 if found else 0
 

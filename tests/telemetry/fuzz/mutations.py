@@ -175,12 +175,21 @@ def _rewritten(random: Random, record: bytes) -> bytes:
         header[4 if is_v2 else 2] = random.randrange(256)
     header[1] = len(payload)
     is_signed = is_v2 and header[2] & 1
-    number = int.from_bytes(header[7:10], "little") if is_v2 else header[5]
+    frame = with_checksum(stamp + bytes(header + payload) + b"\0\0")
+    return frame + (random.randbytes(13) if is_signed else b"")
+
+
+def with_checksum(record: bytes) -> bytes:
+    """Return the record of a telemetry log with the checksum that its bytes have."""
+    if len(record) < 16 or record[8] not in (0xFD, 0xFE):
+        return record
+    is_v2 = record[8] == 0xFD
+    end = (18 if is_v2 else 14) + record[9]
+    number = int.from_bytes(record[15:18], "little") if is_v2 else record[13]
     known = mav.mavlink_map.get(number)
     extra = bytes([known.crc_extra]) if known else b""
-    check = mav.x25crc(bytes(header[1:] + payload) + extra).crc
-    frame = bytes(header + payload) + struct.pack("<H", check)
-    return stamp + frame + (random.randbytes(13) if is_signed else b"")
+    check = mav.x25crc(record[9:end] + extra).crc
+    return record[:end] + struct.pack("<H", check) + record[end + 2 :]
 
 
 _KNOWN: Final = sorted(mav.mavlink_map)
@@ -240,7 +249,7 @@ def _change_definition(random: Random, head: Head, chunks: list[bytes]) -> list[
         else:  # other characters whose sizes make the length: a valid other layout
             form = [random.choice("bBhHiIqQfdgcCeELMnNZa") for _ in range(random.randrange(17))]
             record[9:25] = "".join(form).encode().ljust(16, b"\0")
-            record[4] = min(3 + sum(_SIZES[c] for c in form), 255)
+            record[4] = min(3 + sum(SIZES[c] for c in form), 255)
         chunks[i] = bytes(record)
         if random.random() < 0.3:
             again.append(bytes(record))
@@ -249,7 +258,7 @@ def _change_definition(random: Random, head: Head, chunks: list[bytes]) -> list[
     return chunks
 
 
-_SIZES: Final = {
+SIZES: Final = {
     **dict.fromkeys("bBM", 1),
     **dict.fromkeys("hHcCg", 2),
     **dict.fromkeys("iIfeELn", 4),

@@ -37,7 +37,7 @@ class Clock {
 
   do(what) {
     const flight = data.marks.filter((mark) => ["takeoff", "landing", "impact"].includes(mark.kind));
-    const onset = data.marks.find((mark) => mark.kind === "onset") ?? data.marks.findLast((mark) => mark.grave);
+    const onset = data.marks.find((mark) => mark.rank === 1) ?? data.marks.findLast((mark) => mark.grave);
     if (what === "in") this.zoom(0.5);
     if (what === "out") this.zoom(2);
     if (what === "left") this.move(-0.3);

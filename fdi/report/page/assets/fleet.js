@@ -9,6 +9,31 @@ const heads = [...table.tHead.rows[0].cells];
 const order = document.getElementById("order");
 const filters = ["state", "kind", "words"].map((id) => document.getElementById(id));
 const texts = new Map();
+/** Of a row that is open: the row below it, as wide as the table, that shows what its name opens. */
+const opened = new Map();
+
+/** Sets rows in an order, each with what it opened. */
+function place(ordered) {
+  body.append(...ordered.flatMap((row) => opened.has(row) ? [row, opened.get(row)] : [row]));
+}
+
+/** The first column is too narrow for a verdict with its warnings. */
+function unfold(row) {
+  const details = row.querySelector("details");
+  if (details.open && !opened.has(row)) {
+    const below = document.createElement("tr");
+    below.className = `${row.className} opened`;
+    const cell = below.insertCell();
+    cell.colSpan = row.cells.length;
+    cell.append(details.querySelector(".more"));
+    opened.set(row, below);
+    row.after(below);
+  } else if (!details.open && opened.has(row)) {
+    details.append(opened.get(row).querySelector(".more"));
+    opened.get(row).remove();
+    opened.delete(row);
+  }
+}
 
 /** What a cell is sorted by; a cell without it is a picture. */
 function keyOf(row, column) {
@@ -27,7 +52,7 @@ function sortBy(column, direction) {
   const sign = direction === "descending" ? -1 : 1;
   const keyed = rows.map((row, place) => [row, keyOf(row, column), place]);
   keyed.sort((a, b) => compare(a[1], b[1], sign) || a[2] - b[2]);
-  body.append(...keyed.map(([row]) => row));
+  place(keyed.map(([row]) => row));
   heads.forEach((head, place) => {
     if (place === column) head.setAttribute("aria-sort", direction);
     else head.removeAttribute("aria-sort");
@@ -41,7 +66,7 @@ function firstDirection(column) {
 }
 
 function textOf(row) {
-  if (!texts.has(row)) texts.set(row, row.textContent.toLowerCase());
+  if (!texts.has(row)) texts.set(row, `${row.textContent} ${opened.get(row)?.textContent ?? ""}`.toLowerCase());
   return texts.get(row);
 }
 
@@ -53,6 +78,7 @@ function filter() {
     const fits = (!state || row.dataset.state === state) && (!kind || row.dataset.kind === kind)
       && wanted.every((word) => textOf(row).includes(word));
     row.hidden = !fits;
+    if (opened.has(row)) opened.get(row).hidden = !fits;
     count += fits;
   }
   document.getElementById("shown").textContent = `${count} of ${rows.length}`;
@@ -72,7 +98,8 @@ function reveal() {
 
 function start() {
   document.documentElement.classList.add("scripted");
-  order.append(new Option("as listed", ""));
+  order.append(new Option("worst first", ""), new Option("as listed", "listed"));
+  for (const row of rows) row.querySelector("details").addEventListener("toggle", () => unfold(row));
   heads.forEach((head, column) => {
     head.dataset.name = head.textContent;
     if (!rows.length || keyOf(rows[0], column) === undefined) return;
@@ -86,8 +113,9 @@ function start() {
     order.append(new Option(head.dataset.name, `${column} ${first}`), new Option(`${head.dataset.name}, reversed`, `${column} ${second}`));
   });
   order.addEventListener("change", () => {
-    if (order.value === "") {
-      body.append(...rows);
+    if (order.value === "" || order.value === "listed") {
+      const number = (row) => Number(row.id.slice("log-".length));
+      place(order.value ? rows.toSorted((a, b) => number(a) - number(b)) : rows);
       for (const head of heads) head.removeAttribute("aria-sort");
     } else {
       const [column, direction] = order.value.split(" ");

@@ -8,6 +8,7 @@ const NAME = 17; // of a row: the name stands above its bars, so that these are 
 function canvasIn(inside, height, label) {
   const live = element("div", undefined, "live");
   const made = element("canvas", undefined, "own");
+  made.setAttribute("aria-hidden", "true"); // what is around it says what it is
   live.append(made);
   live.tabIndex = 0;
   live.setAttribute("role", "img");
@@ -96,19 +97,20 @@ function makeGrid(inside) {
     data.grid.forEach((row, place) => {
       const top = place * ROW + 2;
       ctx.fillStyle = colour(row.accused ? "red" : "soft");
-      ctx.fillText(row.accused ? `${row.fault}, accused` : row.fault, AXIS, top + NAME - 6);
-      for (const [kind, ink] of [["off", "unknown"], ["on", `g-${row.group}`]]) {
+      ctx.fillText(row.accused ? `${row.name}, accused` : row.name, AXIS, top + NAME - 6);
+      for (const [kind, ink] of [["off", "unknown"], ["on", row.accused ? "red" : `g-${row.group}`]]) {
         ctx.fillStyle = colour(ink);
         for (const [from, to] of row[kind]) ctx.fillRect(x(from), top + NAME, Math.max(x(to) - x(from), 1), ROW - NAME - 1);
       }
     });
     ctx.restore();
-    strokeMarks(ctx, x, [AXIS, right], [0, tall], 1);
+    // through the bars alone: a line through the names makes these hard to read
+    for (const place of data.grid.keys()) strokeMarks(ctx, x, [AXIS, right], [place * ROW + 2 + NAME, (place + 1) * ROW + 1], 1);
   };
   return onClock(surface, flightClock, draw, (t, x, y) => {
     const row = data.grid[Math.floor((y - 2) / ROW)];
     if (!row) return "";
     const is = t === null ? "" : row.on.some(([a, b]) => a <= t && t < b) ? ": marked" : row.off.some(([a, b]) => a <= t && t < b) ? ": unknown" : ": quiet";
-    return `${row.fault} (${row.component})${is}`;
+    return `${row.name}${is}`;
   });
 }

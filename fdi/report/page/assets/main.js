@@ -47,14 +47,15 @@ function start() {
     if (place === "grid") later(figure, drawn(makeGrid));
     else if (place === "track") later(figure, drawn(makeTrack));
     else if (place === "track3d") later(figure, drawn(makeSpace));
-    else later(figure, () => makePlot(figure, panelAt(place), clocks.get(figure.closest("[data-case]")) ?? flightClock));
+    else later(figure, () => addTools(figure, makePlot(figure, panelAt(place), clocks.get(figure.closest("[data-case]")) ?? flightClock)));
   }
   const marks = makeMarks(document.getElementById("marks"));
   redraws.push(marks);
   marks();
   document.getElementById("bar").addEventListener("click", (event) => {
     const what = event.target.dataset?.do;
-    if (what) flightClock.do(what);
+    if (what === "link") copyLink(event.target);
+    else if (what) flightClock.do(what);
   });
   document.getElementById("level").addEventListener("change", refresh);
   document.getElementById("told")?.addEventListener("change", filterTable);
@@ -76,9 +77,7 @@ function start() {
     for (const redraw of redraws) redraw();
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { inks.clear(); for (const one of plots) one.rebuild(); refresh(); });
-  let closed = [];
-  addEventListener("beforeprint", () => { closed = [...document.querySelectorAll("details:not([open])")]; for (const one of closed) one.open = true; });
-  addEventListener("afterprint", () => { for (const one of closed) one.open = false; });
+  followAddress();
 }
 
 function refresh() {

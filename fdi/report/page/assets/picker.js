@@ -37,6 +37,7 @@ function makePicker() {
     const title = names.length > 1 ? names.join(", ") : names[0];
     figure.append(element("figcaption", units.length === 1 && units[0] ? `${title}, ${units[0]}` : title));
     const made = makePlot(figure, { title, unit: units.length === 1 ? units[0] : "", curves }, flightClock, 190);
+    addTools(figure, made);
     return { names, figure, made };
   };
 

@@ -73,7 +73,7 @@ function ticked(tick, step) {
 }
 
 /** Make a panel a plot inside an element, on a clock; returns it. */
-function makePlot(inside, panel, clock, height = 150) {
+function makePlot(inside, panel, clock, height = 170) {
   const live = element("div", undefined, "live");
   live.tabIndex = 0;
   live.setAttribute("role", "img");
@@ -84,7 +84,7 @@ function makePlot(inside, panel, clock, height = 150) {
   const wide = () => Math.max(live.clientWidth, 200);
   const axis = () => ({ stroke: colour("soft"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") }, font: "11px system-ui, sans-serif" });
   const options = () => ({
-    width: wide(), height, padding: [8, RIGHT, 0, 0],
+    width: wide(), height: made.height, padding: [8, RIGHT, 0, 0],
     scales: { x: { time: false, range: () => clock.shown }, y: { range: (plot) => rangeOf(plot, clock.shown, panel) } },
     axes: [{ ...axis(), size: 26, values: (_, ticks) => ticks.map((tick) => `${+tick.toFixed(3)} s`) }, { ...axis(), size: AXIS, space: 24, values: (plot, ticks, place, space, step) => ticks.map((tick) => ticked(tick, step)) }],
     cursor: { drag: { x: true, y: false, setScale: false }, points: { size: 5 }, focus: { prox: -1 }, bind: { dblclick: () => () => { clock.all(); return null; } } },
@@ -110,11 +110,12 @@ function makePlot(inside, panel, clock, height = 150) {
         plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
       }],
       setCursor: [(plot) => {
+        live.classList.toggle("at", plot.cursor.left >= 0);
         if (!plot.told) pointer.set(plot.cursor.left >= 0 ? plot.posToVal(plot.cursor.left, "x") : null, made);
       }],
     },
   });
-  const made = { plot: null, live };
+  const made = { plot: null, live, panel, table, clock, height };
   const build = () => {
     made.plot?.destroy();
     made.plot = new uPlot(options(), table, live);
@@ -123,7 +124,7 @@ function makePlot(inside, panel, clock, height = 150) {
   build();
   made.redraw = () => made.plot.redraw(false);
   made.rebuild = build;
-  made.resize = () => made.plot.setSize({ width: wide(), height });
+  made.resize = () => made.plot.setSize({ width: wide(), height: made.height });
   clock.onChange(whenSeen(live, () => made.plot?.setScale("x", { min: clock.shown[0], max: clock.shown[1] })));
   pointer.onChange((t, from) => {
     if (from === made || !made.plot || !inSight.has(live)) return;
@@ -134,4 +135,53 @@ function makePlot(inside, panel, clock, height = 150) {
   });
   plots.push(made);
   return made;
+}
+
+/** Return what a plot shows now as CSV: s of the log's clock, and a column for each curve. */
+function shownAsCsv(made) {
+  const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
+  const [from, to] = made.clock.shown;
+  const unit = made.panel.unit ? `, ${made.panel.unit}` : "";
+  const lines = [["s", ...made.panel.curves.map((curve) => curve.label + unit)].map(quoted).join(",")];
+  made.table[0].forEach((t, row) => {
+    const values = made.table.slice(1).map((one) => one[row] ?? "");
+    if (t >= from && t <= to && values.some((one) => one !== "")) lines.push([+t.toFixed(6), ...values].join(","));
+  });
+  return `${lines.join("\n")}\n`;
+}
+
+function save(text, name) {
+  const link = element("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+/** Put beside a plot's title what can be done with it: fold it, make it taller, save what it shows. */
+function addTools(figure, made) {
+  const tools = element("span", undefined, "tools");
+  const add = (text, title, act) => {
+    const button = element("button", text);
+    button.type = "button";
+    button.setAttribute("aria-label", `${title}: ${made.panel.title}`);
+    button.title = title;
+    button.addEventListener("click", () => act(button));
+    tools.append(button);
+    return button;
+  };
+  add("fold", "fold or unfold", (button) => {
+    const isFolded = figure.classList.toggle("folded");
+    button.setAttribute("aria-expanded", String(!isFolded));
+    button.textContent = isFolded ? "unfold" : "fold";
+    if (!isFolded) made.resize();
+  }).setAttribute("aria-expanded", "true");
+  add("taller", "twice as high, or as before", (button) => {
+    const isTall = button.textContent === "taller";
+    made.height *= isTall ? 2 : 0.5;
+    button.textContent = isTall ? "lower" : "taller";
+    made.resize();
+  });
+  add("CSV", "save the shown stretch as CSV", () => save(shownAsCsv(made), `${made.panel.title.replace(/[^\w.-]+/g, "_").slice(0, 60)}.csv`));
+  figure.querySelector("figcaption").prepend(tools);
 }

@@ -3,11 +3,14 @@
 In: the tables of a log. Out: for each table the times of its records, and the log's `Clock`.
 
 ``TimeUS`` (``TimeMS`` before 2015, ``T`` in their GPS) counts from the start of the vehicle and is
-the log's own clock: a record has that time, less the first one's. The most frequent table with it,
-the track, tells where in the file the vehicle started anew: later starts follow each other without
-a pause (1 ms). Records without a time of their own, and those whose time is damaged (off the track
-by more than 2 s; beyond its ends by more than 10 minutes from both neighbours), have the time of
-their place in the file, between the records around them.
+the log's own clock: a record has that time, less the first one's. The table with it that is spread
+widest over the file, of several the most frequent, is the track: it tells where in the file the
+vehicle started anew: later starts follow each other without a pause (1 ms). Where it leaps by more
+than an hour, a minute is left of it; a run of its records that was thrown far off is put back.
+Records without a time of their own, and those whose time is damaged, have the time of their place
+in the file, between the records around them. Damaged is a time off the track by more than 2 s;
+beyond its ends by more than 10 minutes from both neighbours, or behind its end by more than 2 s
+where a later record says that it was earlier.
 
 Copter 3.0 logs no time but the GPS's week milliseconds: the track then, and boot time is not known.
 Where not even these are at hand, attitude is taken to come at 10 Hz, as it did; that is reported.
@@ -15,17 +18,26 @@ Where not even these are at hand, attitude is taken to come at 10 Hz, as it did;
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.clock import Clock
+from fdi.telemetry.clock import (
+    PAUSE_S,
+    SHORT_PAUSE_S,
+    Clock,
+    pause_text,
+    told_as_one,
+    told_thrown,
+)
 from fdi.telemetry.formats.dataflash.layouts import Field, Layout
 from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
 from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.thrown import put_back
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,6 +48,7 @@ _SPIKE_US: Final = 1_000_000  # a record of the track this far from the median o
 _SLACK_S: Final = 2.0  # records of one moment are written this far apart at most
 _FAR_S: Final = 600.0
 _APART_S: Final = 1e-3  # between two starts
+_PARTS: Final = 64  # of a file, to tell what is written all along
 _NOMINAL_S: Final = 0.1  # Copter 3.0 wrote attitude and throttle in its 10 Hz loop
 _MOST_POINTS: Final = 1 << 16  # of the track
 _WEEK_MS: Final = 604_800_000
@@ -117,12 +130,14 @@ def said(table: Table) -> NDArray[np.int64]:
 def find_track(tables: Tables) -> tuple[Track, list[Times]]:
     """Return the track of a log, and the times of each table."""
     timed = [table for table in tables if _clock_field(table.layout) is not None]
-    timed.sort(key=lambda table: -table.start.size)
+    end = max((int(table.start[-1]) for table in timed), default=0) + 1
+    timed.sort(key=lambda table: (_spread(table, end), table.start.size), reverse=True)
     main = next((table for table in timed if np.any(said(table) >= 0)), None)
     if main is None:
         track = _week_track(tables) or _nominal_track(tables)
         return track, [_in_place(table, track) for table in tables]
     track = _boot_track(timed, main)
+    beyond = cache(lambda: _beyond(timed, track))  # of a sound log nobody asks
     # one piece of memory: many small ones cost twice the time to fill
     room, made = np.empty(sum(table.start.size for table in timed)), []
     seen: dict[tuple[int, float, float], Times] = {}
@@ -130,7 +145,7 @@ def find_track(tables: Tables) -> tuple[Track, list[Times]]:
         if _clock_field(table.layout) is None:
             made.append(_in_place(table, track))
             continue
-        times = _times(table, track, room[: table.start.size])
+        times = _times(table, track, room[: table.start.size], beyond)
         # an estimator writes several messages with one time: one array for all of them
         twin = seen.setdefault((times.t.size, float(times.t[0]), float(times.t[-1])), times)
         if twin is times or not _is_same(twin, times):
@@ -145,6 +160,12 @@ def find_track(tables: Tables) -> tuple[Track, list[Times]]:
     return track, made
 
 
+def _spread(table: Table, end: int) -> int:
+    """Return in how many parts of the file a table has records: all parameters stand in few."""
+    edges = np.linspace(0, end, _PARTS + 1).astype(table.start.dtype)
+    return int(np.count_nonzero(np.diff(np.searchsorted(table.start, edges))))
+
+
 def _boot_track(tables: Tables, main: Table) -> Track:
     """Return the track, of tables with a clock."""
     place, whole = _versions(tables, main)
@@ -157,24 +178,61 @@ def _boot_track(tables: Tables, main: Table) -> Track:
             us, start = us[good], start[good]
         else:
             us, start = whole[whole >= 0], place[whole >= 0].astype(np.int64)
-    rows = [
+    seconds, thrown = put_back(us / 1e6)
+    if thrown:
+        us = np.rint(seconds * 1e6).astype(np.int64)
+    steps = np.diff(us)
+    restarts = {
         i
-        for i in np.flatnonzero(np.diff(us) < -_REBOOT_US).tolist()
+        for i in np.flatnonzero(steps < -_REBOOT_US).tolist()
         if np.all(us[i + 1 : i + 4] < us[i] - _REBOOT_US)
-    ]
+    }
+    leaps = np.flatnonzero(steps > PAUSE_S * 1e6).tolist()
+    rows = sorted({*restarts, *leaps})
     boots, lowest, highest = _starts(tables, start, us, rows)
     earliest, first = _first_said(tables)
+    if not -_FAR_S * 1e6 <= first - us[0] <= _SLACK_S * 1e6:
+        first = int(us[0])  # what the first record says is damaged
     offset = np.empty(boots.size)
     offset[0] = -first / 1e6
+    apart = [_APART_S if i in restarts else SHORT_PAUSE_S for i in rows]
     for k in range(1, boots.size):
-        offset[k] = highest[k - 1] / 1e6 + offset[k - 1] + _APART_S - lowest[k] / 1e6
+        offset[k] = highest[k - 1] / 1e6 + offset[k - 1] + apart[k - 1] - lowest[k] / 1e6
     t = us / 1e6 + offset[np.searchsorted(boots, start, side="right") - 1]
     if earliest < start[0]:
         start, t = np.append(earliest, start), np.append(0.0, t)
     began = lowest / 1e6 + offset
-    text = "the vehicle started anew"
-    quality = [QualityRecord("reboot", None, at, at, 1, text) for at in began[1:].tolist()]
-    return Track(start, np.maximum.accumulate(t), boots, began, offset, tuple(quality))
+    t = np.maximum.accumulate(t)
+    quality = _told(rows, restarts, steps / 1e6, began[1:]) + told_thrown(
+        thrown, t[-us.size :], "times of the records that tell the time"
+    )
+    return Track(start, t, boots, began, offset, tuple(quality))
+
+
+def _beyond(tables: Tables, track: Track) -> tuple[Ints, Floats]:
+    """Return the places of records behind the track, (b,), and the least time said from each on."""
+    places, times = [], []
+    for table in tables:
+        low = np.searchsorted(table.start, track.start[-1:].astype(table.start.dtype))[0]
+        t = said(table)[low:] / 1e6 + track.offset[-1]
+        is_later = t >= track.t[-1] - _SLACK_S
+        places.append(table.start[low:][is_later].astype(np.int64))
+        times.append(t[is_later])
+    order = np.argsort(np.concatenate(places))
+    least = np.minimum.accumulate(np.concatenate(times)[order][::-1])[::-1]
+    return np.concatenate(places)[order], np.append(least, np.inf)
+
+
+def _told(rows: list[int], restarts: set[int], steps: Floats, began: Floats) -> list[QualityRecord]:
+    """Return the findings about new starts and long pauses, that begin at these times."""
+    starts, pauses = [], []
+    for i, at in zip(rows, began.tolist(), strict=True):
+        if i in restarts:
+            starts.append(QualityRecord("reboot", None, at, at, 1, "the vehicle started anew"))
+        else:
+            text = pause_text(float(steps[i]))
+            pauses.append(QualityRecord("clock_jump", None, at, at, 1, text))
+    return [*told_as_one(starts), *told_as_one(pauses)]
 
 
 def _versions(tables: Tables, main: Table) -> tuple[NDArray[np.integer], NDArray[np.int64]]:
@@ -189,12 +247,15 @@ def _versions(tables: Tables, main: Table) -> tuple[NDArray[np.integer], NDArray
 
 
 def _spikes(us: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which values leave the median of the five around them."""
-    if us.size < 3:
+    """Return which values leave the median of the five around them, or of the last or first."""
+    if us.size < 5:
         return np.zeros(us.size, np.bool_)
-    padded = np.concatenate((us[:1], us[:1], us, us[-1:], us[-1:]))
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 5)
-    far: NDArray[np.bool_] = np.abs(us - np.median(windows, axis=1)) > _SPIKE_US
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(us, 5), axis=1)
+    far: NDArray[np.bool_] = np.abs(us - np.pad(middle, 2, mode="edge")) > _SPIKE_US
+    for ends in (slice(2), slice(-2, None)):  # up to two steps from the middle of theirs
+        five = us[:5] if ends.start is None else us[-5:]
+        step = np.median(np.abs(np.diff(five)))
+        far[ends] = np.abs(us[ends] - np.median(five)) > _SPIKE_US + 4 * step
     return far
 
 
@@ -203,8 +264,8 @@ def _starts(
 ) -> tuple[Ints, NDArray[np.int64], NDArray[np.int64]]:
     """Return where each start of the vehicle begins, its first time and its last one, us.
 
-    ``rows``: records of the track, (``start``, ``us``), after which time steps back. What other
-    tables say between that record and the next tells where exactly.
+    ``rows``: records of the track, (``start``, ``us``), after which time steps back or leaps. What
+    other tables say between that record and the next tells where exactly.
     """
     places = [0]
     lowest, highest = [int(us[0])], []
@@ -219,13 +280,16 @@ def _starts(
             is_known = other[between] >= 0
             near[k][0].append(table.start[between][is_known])
             near[k][1].append(other[between][is_known])
-    for at, time in near:
+    for i, (at, time) in zip(rows, near, strict=True):
         order = np.argsort(np.concatenate(at), kind="stable")
         merged_at, merged = np.concatenate(at)[order], np.concatenate(time)[order]
-        step = int(np.argmin(np.diff(merged)))
+        step = int(np.argmax(np.diff(merged) * np.sign(us[i + 1] - us[i])))
         places.append(int(merged_at[step + 1]))
-        highest.append(int(merged[: step + 1].max()))
-        lowest.append(int(merged[step + 1 :].min()))
+        # of the others only what the track bears out: any of them may be damaged
+        last, following = merged[: step + 1] - us[i], merged[step + 1 :] - us[i + 1]
+        far = _FAR_S * 1e6
+        highest.append(int(us[i] + last[np.abs(last) <= far].max(initial=0)))
+        lowest.append(int(us[i + 1] + following[np.abs(following) <= far].min(initial=0)))
     highest.append(int(us[-1]))
     return np.array(places), np.array(lowest), np.array(highest)
 
@@ -243,7 +307,9 @@ def _first_said(tables: Tables) -> tuple[int, int]:
     return place, first
 
 
-def _times(table: Table, track: Track, room: Floats) -> Times:
+def _times(
+    table: Table, track: Track, room: Floats, beyond: Callable[[], tuple[Ints, Floats]]
+) -> Times:
     us = said(table)
     stamp = t = np.divide(us, 1e6, out=room)
     stamp += track.offset[0]
@@ -252,9 +318,9 @@ def _times(table: Table, track: Track, room: Floats) -> Times:
         t = us / 1e6 + np.repeat(track.offset, np.diff(cuts, append=us.size))
     least = _least_step(t)
     # nearly all ascend, but for jitter, and end where the track does
-    is_near = t[0] >= track.t[0] - _FAR_S and t[-1] <= track.t[-1] + _FAR_S
+    is_near = t[0] >= track.t[0] - _SLACK_S and t[-1] <= track.t[-1] + _SLACK_S
     if t.size < 3 or least < -_SLACK_S or not is_near or us.min() < 0:
-        sound = _is_sound(t, table, track) & (us >= 0)
+        sound = _is_sound(t, table, track, beyond) & (us >= 0)
         t = np.where(sound, t, track.at(table.start))
         return Times(t, stamp, True, _least_step(t) > 0, int((~sound).sum()))
     return Times(t, stamp, True, least > 0)
@@ -274,19 +340,26 @@ def _least_step(t: Floats) -> float:
     return float(np.diff(t).min()) if t.size > 1 else np.inf
 
 
-def _is_sound(t: Floats, table: Table, track: Track) -> NDArray[np.bool_]:
+def _is_sound(
+    t: Floats, table: Table, track: Track, beyond: Callable[[], tuple[Ints, Floats]]
+) -> NDArray[np.bool_]:
     """Return which times fit their place in the file."""
     behind = np.searchsorted(track.start, table.start)
     last = track.t.size - 1
     before = np.where(behind > 0, track.t[np.maximum(behind - 1, 0)], -np.inf)
     after = np.where(behind <= last, track.t[np.minimum(behind, last)], np.inf)
     fits = (t >= before - _SLACK_S) & (t <= after + _SLACK_S)
-    # beyond the track's ends: near it, or near a neighbour of the same type
-    near = np.abs(t - np.clip(t, track.t[0], track.t[-1])) < _FAR_S
+    # beyond the track's ends: near it, or near a neighbour of the same type; nothing contradicts
+    off = np.abs(t - np.clip(t, track.t[0], track.t[-1]))
+    near = off < _FAR_S
     step = np.abs(np.diff(t)) < _FAR_S
     near[1:] |= step
     near[:-1] |= step
     sound: NDArray[np.bool_] = fits & near
+    if np.any(off[sound] > _SLACK_S):
+        places, least = beyond()
+        later = least[np.searchsorted(places, table.start, side="right")]
+        sound &= (behind <= last) | (t <= later + _SLACK_S)
     return sound
 
 

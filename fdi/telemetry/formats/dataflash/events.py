@@ -5,6 +5,7 @@ In: the records by name and their times. Out: `Event`s, parameters and their cha
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
-from fdi.telemetry.events import Event
+from fdi.telemetry.events import Event, Kind
 from fdi.telemetry.formats.bounds import (
     MOST_NAMES,
     kept_texts,
@@ -30,6 +31,10 @@ from fdi.telemetry.quality import QualityRecord
 
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
+_EMERGENCY_STOP: Final = 54
+_SAME_S: Final = 0.5  # s, in which EV and ARM tell of one arming
+_COMMON_REASONS: Final = 9  # MODE.Rsn below it means the same in all firmware
+_ONCE_OTHERWISE: Final = ("plane", "vtol", "rover")
 _MAKERS: Final = {
     **{"ArduCopter": "quad", "ArduPlane": "plane", "ArduRover": "rover", "Rover": "rover"},
     **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
@@ -74,31 +79,74 @@ def log_texts(timed: Timed) -> list[Event]:
     return sorted(events, key=lambda e: e.t)
 
 
-def log_events(timed: Timed, vehicle: str) -> Iterator[Event]:
-    """Yield modes, arming and errors."""
+def log_events(timed: Timed, vehicle: str, firmware: str | None) -> Iterator[Event]:
+    """Yield modes, arming, stops of the motors and errors."""
     number = None
+    reasons = dict(timed.lines("MODE", "Rsn"))
     for name in ("ModeNum", "Mode"):
         for t, mode in timed.lines("MODE", name):
             if mode != number and isinstance(mode, int | str):
-                yield Event(t, "mode", _mode(mode, vehicle))
+                by = _mode_orderer(reasons.get(t), vehicle, firmware)
+                yield Event(t, "mode", _mode(mode, vehicle), by=by)
                 number = mode
         if number is not None:
             break
+    yield from _arming(timed)
+    for t, code in timed.lines("EV", "Id"):
+        if code == _EMERGENCY_STOP:
+            yield Event(t, "command", "emergency stop: all motors are stopped by a switch")
+    for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
+        name = data_table("errors_dataflash")["subsystems"].get(str(subsystem), "")
+        if code or name in _OWN_CODES:
+            is_alarm = name.startswith(_ALARMS)
+            yield Event(t, "failsafe" if is_alarm else "text", error_words(subsystem, code))
+
+
+def _arming(timed: Timed) -> Iterator[Event]:
+    """Yield arming and disarming, with who ordered it where a record of the moment says so."""
     said = [
         (t, code == _ARMED) for t, code in timed.lines("EV", "Id") if code in (_ARMED, _DISARMED)
     ]
     said += [(t, bool(state)) for t, state in timed.lines("ARM", "ArmState")]
+    methods = [(t, bool(s), m) for t, s, m in timed.lines("ARM", "ArmState", "Method")]
     armed = None
     for t, state in sorted(said):
         if state != armed:
-            yield Event(t, "arm" if state else "disarm", "")
+            by = (m for at, s, m in methods if s == state and abs(at - t) <= _SAME_S)
+            kind: Kind = "arm" if state else "disarm"
+            yield Event(t, kind, "", by=data_table("orders")["arming"].get(str(next(by, "")), ""))
             armed = state
-    subsystems = data_table("errors_dataflash")["subsystems"]
-    for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
-        name = subsystems.get(str(subsystem), f"subsystem {subsystem}")
-        if code or name in _OWN_CODES:
-            is_alarm = name.startswith(_ALARMS)
-            yield Event(t, "failsafe" if is_alarm else "text", f"error of {name}, code {code}")
+
+
+def _mode_orderer(reason: object, vehicle: str, firmware: str | None) -> str:
+    """Return who ordered a mode, "" where nobody can tell: planes once counted otherwise."""
+    if not isinstance(reason, int):
+        return ""
+    if reason >= _COMMON_REASONS and vehicle in _ONCE_OTHERWISE:
+        version = re.search(r" V?(\d+)\.(\d+)", firmware or "")
+        if version is None or (int(version[1]), int(version[2])) < (4, 1):
+            return ""
+    return str(data_table("orders")["mode"].get(str(reason), ""))
+
+
+def error_words(subsystem: object, code: object) -> str:
+    """Return what an error of the firmware's says, by its numbers.
+
+    Examples
+    --------
+    >>> error_words(6, 1), error_words(24, 1)
+    ('battery failsafe: voltage or remaining charge below its limit', \
+'the estimator changed to core 1')
+    >>> error_words(3, 77), error_words(99, 1)
+    ('error of compass, code 77', 'error of subsystem 99, code 1')
+    """
+    table = data_table("errors_dataflash")
+    said = table["codes"].get(str(subsystem), {})
+    words = said.get(str(code), said.get("#"))
+    if words is not None:
+        return str(words).replace("#", str(code))
+    name = table["subsystems"].get(str(subsystem), f"subsystem {subsystem}")
+    return f"error of {name}, code {code}"
 
 
 @lru_cache(maxsize=256)

@@ -40,8 +40,9 @@ from fdi.telemetry.quality import Kind, QualityRecord
 from fdi.units import Conversion
 
 _APART_S: Final = 1e-6
-_CENTIDEGREES: Final = re.compile(r"(APM:|Ardu)Copter V(2|3\.[0-3])(?!\d)")
-"""Copter logs rates in degrees a second since 3.4, whose controllers count in radians."""
+_RATES_OF: Final = re.compile(r"(APM:|Ardu)Copter V(2|3\.[0-4])(?!\d)")
+"""Copter logs rates in degrees a second since some development version of 3.4, whose controllers
+count in radians, and in hundredths before."""
 _RATES: Final = ("RDes", "R", "PDes", "P", "YDes", "Y")
 
 
@@ -92,13 +93,13 @@ def make_log(
         by_name, values, (event.text for event in texts), autopilot="ardupilot"
     )
     own = _messages(timed, units)
-    if "RATE" in own and _CENTIDEGREES.match(name or ""):
+    if "RATE" in own and _is_in_hundredths(own, name):
         own["RATE"] = _in_hundredths(own["RATE"])
     said = as_mavlink(own, vehicle, table="mavlink_dataflash")
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, "ardupilot", vehicle)
     messages = with_motors(messages, values, "ardupilot", vehicle)
-    events = [*texts, *log_events(timed, vehicle), *named]
+    events = [*texts, *log_events(timed, vehicle, name), *named]
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))
     quality = [*(_told(f, track) for f in findings), *track.quality]
@@ -214,6 +215,23 @@ def _messages(timed: Timed, units: Units) -> dict[str, Message]:
         message = Message(name, table.instance, t, times.stamp, kept, MappingProxyType(made_of))
         made[message.key] = message
     return made
+
+
+def _is_in_hundredths(own: dict[str, Message], name: str | None) -> bool:
+    """Return whether rates are logged in hundredths of a degree a second.
+
+    Of the version between both the gyroscopes tell.
+    """
+    version = _RATES_OF.match(name or "")
+    if version is None:
+        return False
+    gyroscopes = own.get("IMU", own.get("IMU[0]"))
+    if version[2] != "3.4" or gyroscopes is None or "GyrX" not in gyroscopes:
+        return version[2] != "3.4"
+    known = [values[np.isfinite(values)]
+             for values in (own["RATE"].glance("R"), gyroscopes.glance("GyrX"))]  # fmt: skip
+    ours, theirs = (values.std() if values.size else 0.0 for values in known)
+    return bool(ours > theirs * np.sqrt(100.0) > 0)
 
 
 def _in_hundredths(rates: Message) -> Message:

@@ -7,7 +7,7 @@ parameters as first downloaded and their later changes, the firmware.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -31,7 +31,9 @@ from fdi.telemetry.quality import QualityRecord
 Own = Mapping[int, Payloads]
 
 _HEARTBEAT: Final = 0
+_SET_MODE: Final = 11
 _PARAM_VALUE: Final = 22
+_COMMAND_LONG: Final = 76
 _AUTOPILOT_VERSION: Final = 148
 _STATUSTEXT: Final = 253
 _ARMED: Final = 0x80  # MAV_MODE_FLAG_SAFETY_ARMED
@@ -40,6 +42,12 @@ _STATES: Final = {  # MAV_STATE; ArduPilot is critical while one of its failsafe
     6: "the autopilot reports an emergency",
     8: "the autopilot terminates the flight",
 }
+_MODE_COMMANDS: Final = (20, 21, 22, 176, 300)  # return, land, take off, mode, mission
+_ARM_COMMAND: Final = 400
+_ORDERED_S: Final = (2.5, 0.5)
+"""Before and after a heartbeat that shows what a command ordered: they come once a second, and a
+link delays either way."""
+_OUTSIDE: Final = "the ground station or a companion"
 _CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in several
 _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
@@ -57,9 +65,47 @@ def log_events(own: Own, line: Timeline, autopilot: str, vehicle: str) -> list[E
         events.append(Event(t, "text", text, severity))
         if is_failsafe[text]:
             events.append(Event(t, "failsafe", text, severity))
-    for first in line.first[1:]:
+    for first in line.restarts:
         events.append(Event(float(line.created[first]), "reboot", "the vehicle started anew"))
     return sorted(events, key=lambda e: (e.t, e.kind))
+
+
+def with_orders(
+    events: list[Event],
+    others: Mapping[int, Sequence[tuple[Payloads, NDArray[np.float64]]]],
+    system: int,
+) -> list[Event]:
+    """Return the events with who ordered modes and arming, by the commands that others sent.
+
+    Parameters
+    ----------
+    others : mapping of int to sequence of (Payloads, (n,) float)
+        By message number, what other systems sent, and when, s.
+    system : int
+        Of the vehicle.
+    """
+    modes, arming = [np.empty(0)], [np.empty(0)]
+    for sent, t in others.get(_SET_MODE, ()):
+        modes.append(t[sent.field("target_system") == system])
+    for sent, t in others.get(_COMMAND_LONG, ()):
+        to_it = np.isin(sent.field("target_system"), (0, system))
+        command = sent.field("command")
+        modes.append(t[to_it & np.isin(command, _MODE_COMMANDS)])
+        arming.append(t[to_it & (command == _ARM_COMMAND)])
+    asked = {"mode": np.concatenate(modes)}
+    asked["arm"] = asked["disarm"] = np.concatenate(arming)
+    before, after = _ORDERED_S
+
+    seen: set[str] = set()
+
+    def is_ordered(event: Event) -> bool:
+        t = asked.get(event.kind)
+        begins = event.kind == "mode" and "mode" not in seen  # it may have been in force for long
+        seen.add(event.kind)
+        near = t is not None and ((t >= event.t - before) & (t <= event.t + after)).any()
+        return bool(near and not begins)
+
+    return [replace(one, by=_OUTSIDE) if is_ordered(one) else one for one in events]
 
 
 def _heartbeats(own: Own, line: Timeline, autopilot: str, vehicle: str) -> Iterator[Event]:

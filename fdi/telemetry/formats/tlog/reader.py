@@ -31,6 +31,7 @@ from fdi.telemetry.formats.tlog.events import (
     parameters,
     told_too_much,
     with_mavlink_severities,
+    with_orders,
 )
 from fdi.telemetry.formats.tlog.frames import Frames, find_frames
 from fdi.telemetry.formats.tlog.groups import (
@@ -82,6 +83,17 @@ def is_tlog(data: NDArray[np.uint8]) -> bool:
     return False
 
 
+def _of_others(
+    groups: Groups, created: Mapping[Key, Floats], system: int
+) -> dict[int, list[tuple[Payloads, Floats]]]:
+    """Return what other systems sent by message number, with the times."""
+    found: dict[int, list[tuple[Payloads, Floats]]] = {}
+    for key, sent in groups.payloads.items():
+        if key[0] != system:
+            found.setdefault(key[2], []).append((sent, created[key]))
+    return found
+
+
 def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None) -> Log:
     """Return the log.
 
@@ -122,6 +134,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     messages, upwind = wind_from(messages, clock.utc(0.0))
     values, changes, named, beyond = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
+    events = with_orders(events, _of_others(groups, created, vehicle.system), vehicle.system)
     named_firmware = firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle))
     events = with_mavlink_severities(events, vehicle.autopilot, named_firmware, clock.utc(0.0))
     texts = (event.text for event in events if event.kind == "text")

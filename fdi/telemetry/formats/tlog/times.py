@@ -30,11 +30,13 @@ _UTC_US: Final = 1e15  # larger time_usec values are UTC, smaller ones count fro
 def vehicle_timeline(stamp_us: NDArray[np.uint64], own: Mapping[int, Payloads]) -> Timeline:
     """Return a time for every frame of the file, from the vehicle's own messages."""
     timed = [payloads for payloads in own.values() if payloads.has("time_boot_ms")]
-    if not timed:
+    # not one that always says the same: who has no clock fills in 0
+    passes = [int(np.count_nonzero(np.diff(one.field("time_boot_ms")))) for one in timed]
+    if not any(passes):
         none = np.empty(0, np.int64)
         return timeline(stamp_us, none, none, none)
     rows, boot_ms = _boot_times(stamp_us.size, timed)
-    main = max(timed, key=lambda payloads: payloads.rows.size)
+    main = timed[int(np.argmax(passes))]
     return timeline(stamp_us, rows, boot_ms, np.searchsorted(rows, main.rows))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_vehicle
-from fdi.telemetry.events import Event
+from fdi.telemetry.events import Event, Kind
 from fdi.telemetry.formats.ulog.definitions import Key, Logged
 from fdi.telemetry.formats.ulog.units import Release
 from fdi.telemetry.formats.ulog.walk import Other
@@ -29,6 +29,20 @@ Info = Mapping[str, float | str]
 _ARMED: Final = 2  # vehicle_status.arming_state, in all releases
 _PARAMETER: Final = re.compile(r"[A-Za-z0-9_]{1,32}")
 _STAGES: Final = ((255, ""), (192, "rc"), (128, "beta"), (64, "alpha"), (0, "dev"))
+_SAME_S: Final = 1.0  # s, in which topics of 2 Hz tell of one thing
+HOLDS_S: Final = 10.0
+"""Before a failsafe acts it may hold for COM_FAIL_ACT_T, 5 s, after a loss of 0.5 to 1 s."""
+_SWITCH_MODE: Final = 5  # action_request.action
+_KILL: Final = 4
+_STOPS: Final = {
+    "manual_lockdown": ("kill switch: all outputs are stopped", _KILL),
+    "kill": ("kill switch: all outputs are stopped", _KILL),  # since 1.16
+    "lockdown": ("lockdown: all outputs are stopped", 0),
+    "force_failsafe": ("flight termination: all outputs go to their failsafe values", 0),
+    "termination": ("flight termination: all outputs go to their failsafe values", 0),
+}
+_MODE_COMMANDS: Final = (20, 21, 22, 176, 300)  # return, land, take off, mode, mission
+_OUTSIDE: Final = "the ground station or a companion"
 _CRASH_DUMP: Final = "hardfault_plain"
 _EMERGENCY: Final = 0
 _SYSTEM_WIDE: Final = 1
@@ -194,7 +208,7 @@ def defaults(others: tuple[Other, ...]) -> dict[str, float]:
 
 def log_events(own: Messages, release: Release) -> list[Event]:
     """Return modes, arming and failsafes in the order of time."""
-    found = [*_modes(own, release), *_arming(own), *_failsafes(own)]
+    found = [*_modes(own, release), *_arming(own, release), *_failsafes(own), *_stops(own)]
     return sorted(found, key=lambda e: (e.t, e.kind))
 
 
@@ -214,33 +228,112 @@ def mode_name(number: int, release: Release) -> str:
 
 
 def _modes(own: Messages, release: Release) -> Iterator[Event]:
-    for t, number in _steps(own, "vehicle_status", "nav_state"):
-        yield Event(t, "mode", mode_name(int(number), release))
+    failsafes = list(_steps(own, "vehicle_status", "failsafe"))
+    for row, (t, number) in enumerate(_steps(own, "vehicle_status", "nav_state")):
+        is_failsafe = any([bool(state) for at, state in failsafes if at <= t][-1:])
+        by = "a failsafe" if is_failsafe else _mode_orderer(own, t) if row else ""
+        yield Event(t, "mode", mode_name(int(number), release), by=by)
 
 
-def _arming(own: Messages) -> Iterator[Event]:
+def _mode_orderer(own: Messages, t: float) -> str:
+    """Return who ordered a mode, "" where the log does not say."""
+    action = _near(own, "action_request", t, action=_SWITCH_MODE)
+    if action is not None and "source" in action:
+        return str(data_table("orders")["px4_actions"].get(str(int(action["source"])), ""))
+    command = _near(own, "vehicle_command", t, from_external=1)
+    if command is not None and int(command.get("command", 0)) in _MODE_COMMANDS:
+        return _OUTSIDE
+    switches = own.get("manual_control_switches")
+    if switches is not None:
+        for field in ("mode_slot", "return_switch", "loiter_switch", "offboard_switch"):
+            turned = [at for at, _ in _steps(own, "manual_control_switches", field)][1:]
+            if any(abs(at - t) <= _SAME_S for at in turned):
+                return "the pilot's switch"
+    return ""
+
+
+def _near(own: Messages, topic: str, t: float, **wanted: int) -> dict[str, float] | None:
+    """Return a record at about a time of which some fields have these values, None without one."""
+    message = own.get(topic)
+    if message is None or not all(field in message for field in wanted):
+        return None
+    rows = np.abs(message.t - t) <= _SAME_S
+    for field, value in wanted.items():
+        rows &= message.raw(field)[message.kept] == value
+    where = np.flatnonzero(rows)
+    if not where.size:
+        return None
+    row = message.kept[where[0]]
+    numbers = [name for name, column in message.columns.items() if not column.is_text]
+    return {name: float(message.raw(name)[row]) for name in numbers}
+
+
+def _arming(own: Messages, release: Release) -> Iterator[Event]:
     steps = [(t, bool(armed)) for t, armed in _steps(own, "actuator_armed", "armed")]
     if not steps:
         states = _steps(own, "vehicle_status", "arming_state")
         steps = [(t, int(state) == _ARMED) for t, state in states]
     before = False
-    for t, armed in steps:
+    for row, (t, armed) in enumerate(steps):
         if armed != before:  # a log that begins disarmed says nothing new
-            yield Event(t, "arm" if armed else "disarm", "")
+            by = _arming_orderer(own, t, release, armed=armed) if row else ""
+            kind: Kind = "arm" if armed else "disarm"
+            yield Event(t, kind, "", by=by)
         before = armed
 
 
+def _arming_orderer(own: Messages, t: float, release: Release, *, armed: bool) -> str:
+    """Return who armed or disarmed, "" where the log does not say."""
+    status = own.get("vehicle_status")
+    field = "latest_arming_reason" if armed else "latest_disarming_reason"
+    if status is None or field not in status:
+        return ""
+    row = min(int(np.searchsorted(status.t, t + _SAME_S, side="right")), len(status)) - 1
+    reason = str(int(status.raw(field)[status.kept][row])) if row >= 0 else ""
+    table = data_table("orders")
+    older = table["px4_older"] if release < tuple(table["px4_older"]["before"]) else {}
+    return str(older.get(reason, table["px4"].get(reason, "")))
+
+
+def _stops(own: Messages) -> Iterator[Event]:
+    """Yield where a switch or command stops all outputs; a simulation is locked all along."""
+    for field, (what, action) in _STOPS.items():
+        for t, on in list(_steps(own, "actuator_armed", field))[1:]:
+            asked = _near(own, "action_request", t, action=action) if action else None
+            turned = _near(own, "manual_control_switches", t, kill_switch=1) if action else None
+            is_pilot = turned is not None or (asked is not None and asked.get("source") != 0)
+            if on:
+                yield Event(t, "command", what, by="the pilot's switch" if is_pilot else "")
+
+
 def _failsafes(own: Messages) -> Iterator[Event]:
+    table = data_table("modes_ulog")
     before = 0
     for t, state in _steps(own, "vehicle_status", "failsafe"):
         if state:
-            yield Event(t, "failsafe", "the autopilot is in failsafe")
-    names = data_table("modes_ulog")["failure_detector"]
+            why = ", ".join(_reasons(own, t))
+            yield Event(t, "failsafe", "the autopilot is in failsafe" + (f": {why}" if why else ""))
     for t, state in _steps(own, "vehicle_status", "failure_detector_status"):
-        for bit, name in names.items():
+        for bit, name in table["failure_detector"].items():
             if int(state) & ~before & int(bit):
                 yield Event(t, "failsafe", f"failure detector: {name}")
         before = int(state)
+    for field, name in table["failure_detector_fields"].items():
+        for t, state in _steps(own, "failure_detector_status", field):
+            if state:
+                yield Event(t, "failsafe", f"failure detector: {name}")
+
+
+def _reasons(own: Messages, t: float) -> list[str]:
+    """Return which of the flags that let a failsafe act rose before it, each once."""
+    names = data_table("modes_ulog")["failsafe_flags"]
+    risen = [
+        name
+        for field, name in names.items()
+        if any(on and t - HOLDS_S <= at <= t + _SAME_S
+               for at, on in list(_steps(own, "failsafe_flags", field))[1:])
+    ]  # fmt: skip
+    return list(dict.fromkeys(risen))
 
 
 def _steps(own: Messages, topic: str, field: str) -> Iterator[tuple[float, Any]]:

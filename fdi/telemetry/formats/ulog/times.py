@@ -102,7 +102,7 @@ def reference(topics: Sequence[Stamped], start_us: int) -> Reference:
     seconds = stamp / 1e6
     apart = line.created - seconds
     offset = np.array([np.median(apart[line.boot == k]) for k in range(line.first.size)])
-    zero = float(seconds[0])
+    zero = float(line.created[0]) - float(offset[0])  # the first stamp, unless that was damaged
     if abs(start_us / 1e6 - zero) <= SLACK_S:
         zero = start_us / 1e6
     # exact for the first boot: the timeline knows the time since boot to the millisecond

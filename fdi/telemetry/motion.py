@@ -1,0 +1,167 @@
+"""How does the vehicle move, at the times of its height?
+
+In: a log's messages. Out: a `Motion`: height, climb rate, ground speed, turning, throttle, the
+autopilot's word and the largest specific force, from the first source of each that the log has.
+
+The trap: heights are estimates. With a frozen barometer a vehicle rests on the ground at an
+estimated 35 m, so no rule asks for height zero alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fdi.telemetry.inputs.values import AXES, accelerometers, turning
+from fdi.telemetry.message import Message
+
+Floats = NDArray[np.float64]
+
+# s: an accelerometer that is logged as often as this misses no blow, which rings for 0.1 s
+DENSE_S: Final = 0.05
+HIGHEST_M: Final = 1e5  # m; more is damage
+
+_HEIGHTS: Final = (
+    ("GLOBAL_POSITION_INT", "relative_alt", 1.0),
+    ("LOCAL_POSITION_NED", "z", -1.0),
+)
+_ABSOLUTE: Final = (("VFR_HUD", "alt", 1.0), ("GPS_RAW_INT", "alt", 1.0))  # above mean sea level
+_LOWEST: Final = 0.01  # share of the records below the lowest height that is believed
+_CLIMBS: Final = (
+    ("VFR_HUD", "climb", 1.0),
+    ("GLOBAL_POSITION_INT", "vz", -1.0),
+    ("LOCAL_POSITION_NED", "vz", -1.0),
+)
+_SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
+_AIRSPEEDS: Final = (("VFR_HUD", "airspeed", 1.0),)
+_THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
+_PRESSURES: Final = (("SCALED_PRESSURE", "press_abs", 1.0),)
+_VACUUM: Final = 1e4  # Pa: no barometer reads so little below 16 km
+_LANDED_STATES: Final = (("EXTENDED_SYS_STATE", "landed_state", 1.0),)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """How the vehicle moved, (n,) at the times of the height; what is not in the log is NaN."""
+
+    t: Floats
+    height: Floats
+    climb: Floats
+    speed: Floats  # over ground
+    airspeed: Floats
+    turns: Floats  # rad/s
+    upright: Floats  # cosine of the tilt, -1 upside down
+    throttle: Floats
+    landed_state: Floats  # as the autopilot believes
+    force: Floats  # the largest specific force within half a record, m/s^2
+    pressed: Floats  # height by air pressure, above its first record, m
+    is_dense: bool  # no blow falls between two records of the force
+
+    def between(self, low: float, high: float) -> Motion:
+        """Return the rows from time low to time high, both included."""
+        return self.at(self.rows(low, high))
+
+    def at(self, rows: slice | NDArray[np.intp]) -> Motion:
+        """Return some of its rows."""
+        columns = (name for name in self.__slots__ if name != "is_dense")
+        return replace(self, **{name: getattr(self, name)[rows] for name in columns})
+
+    def rows(self, low: float, high: float) -> slice:
+        """Return the rows from time low to time high, both included."""
+        first = int(np.searchsorted(self.t, low, side="left"))
+        return slice(first, int(np.searchsorted(self.t, high, side="right")))
+
+
+def motion_of(messages: Mapping[str, Message]) -> Motion:
+    """Return how the vehicle moved."""
+    t, height = heights(messages)
+
+    def at_height(sources: tuple[tuple[str, str, float], ...]) -> Floats:
+        known_t, values = _first(messages, sources)
+        if not known_t.size or not t.size:
+            return np.full(t.size, np.nan)
+        return np.interp(t, known_t, values)
+
+    climb = at_height(_CLIMBS)
+    if t.size > 2 and not np.isfinite(climb).any():
+        climb = np.gradient(height, t)
+    felt = accelerometers(messages)
+    force = _largest_force(felt, t)
+    periods = [float(np.median(np.diff(m.t))) for m in felt if len(m) > 1]
+    is_dense = bool(periods) and min(periods) <= DENSE_S
+    ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
+    throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
+    turns, upright = turning(messages, t), _upright(messages, t)
+    pressed = _by_pressure(at_height(_PRESSURES))
+    return Motion(
+        t, height, climb, ground_speed, airspeed, turns, upright, throttle, state, force, pressed,
+        is_dense,
+    )  # fmt: skip
+
+
+def _by_pressure(pressure: Floats) -> Floats:
+    """Return heights above the first known one, m, by the standard atmosphere (ISO 2533)."""
+    pressure = np.where(pressure > _VACUUM, pressure, np.nan)
+    first = pressure[np.isfinite(pressure)][:1]
+    if not first.size:
+        return pressure
+    return np.asarray(44330.8 * (1 - (pressure / first[0]) ** 0.190263))
+
+
+def _upright(messages: Mapping[str, Message], t: Floats) -> Floats:
+    attitude = messages.get("ATTITUDE")
+    if attitude is None or not {"roll", "pitch"} <= set(attitude.fields):
+        return np.full(t.size, np.nan)
+    told = np.cos(attitude.si("roll")) * np.cos(attitude.si("pitch"))
+    rows = np.isfinite(told)
+    return np.interp(t, attitude.t[rows], told[rows]) if rows.any() else np.full(t.size, np.nan)
+
+
+def heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+    """Return times and heights above the place of take-off; without one, above the lowest."""
+    t, height = _first(messages, _HEIGHTS)
+    is_absolute = not t.size
+    if is_absolute:
+        t, height = _first(messages, _ABSOLUTE)
+    believed = np.abs(height) < HIGHEST_M
+    t, height = t[believed], height[believed]
+    return t, height - np.quantile(height, _LOWEST) if is_absolute and t.size else height
+
+
+def _first(
+    messages: Mapping[str, Message], sources: tuple[tuple[str, str, float], ...]
+) -> tuple[Floats, Floats]:
+    """Return times and values of the first source that is in the log, known ones only."""
+    for name, field, sign in sources:
+        message = messages.get(name)
+        if message is not None and field in message:
+            values = sign * message.si(field)
+            known = np.isfinite(values)
+            if known.sum() > 2:
+                return message.t[known], values[known]
+    return np.empty(0), np.empty(0)
+
+
+def _largest_force(felt: Sequence[Message], t: Floats) -> Floats:
+    """Return the largest specific force of any accelerometer nearest to each time, NaN without."""
+    force = np.full(t.size, np.nan)
+    if t.size < 2:
+        return force
+    edges = (t[1:] + t[:-1]) / 2
+    for message in felt:
+        x, y, z = (message.si(axis) for axis in AXES)
+        first = np.append(0, np.searchsorted(message.t, edges, side="right"))
+        some = np.flatnonzero(np.diff(first, append=len(message)))
+        with np.errstate(over="ignore"):
+            largest = np.fmax.reduceat(x * x + y * y + z * z, first[some])
+        force[some] = np.fmax(force[some], np.sqrt(largest))
+    return force
+
+
+def known(values: Floats) -> bool:
+    """Return whether any of the values is known."""
+    return bool(np.isfinite(values).any())

@@ -1,0 +1,164 @@
+"""Who ordered what ended a flight: modes, failsafes, switches and commands, from the end backwards.
+
+In: how a flight ends, the events of the log, its messages and parameters. Out: a chain of `Order`s
+in the order of time. It begins with the last thing that a person, a mission or a ground station
+ordered, or the beginning of the flight, and holds what has been in force since: the mode at the
+end, what put it into force, and each failsafe, switch and stop after it. Who gave an order is said
+only where the log says so; a mode switch of the remote control that moved at that moment counts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from fdi.shown import Shown
+from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.events import Event, Flight
+from fdi.telemetry.message import Message
+
+What = Literal["mode", "failsafe", "command", "disarm"]
+
+CAUSE_S: Final = 3.0
+"""Before a mode, in which what made the autopilot choose it is reported: messages of 1 Hz and
+checks of a second."""
+AFTER_S: Final = 1.5
+"""After an end, in which what brought it about is still seen: heartbeats come once a second."""
+SWITCHED_S: Final = 1.5
+"""Before a mode, in which the switch that chose it moves."""
+MOVED_US: Final = 80.0
+"""Of a switch's channel: six positions are 130 us and more apart."""
+MOST: Final = 8
+"""Links that are told: of more the latest, and of modes no more than half as many."""
+_ACTS: Final = re.compile(r"fail ?-?safe|fence|crash|emergency|terminat", re.IGNORECASE)
+"""What an autopilot's report says where it acted; others are complaints."""
+_RADIO: Final = re.compile(r"radio|remote control|manual control|\brc\b|throttle", re.IGNORECASE)
+_AUTOMATIC: Final = ("failsafe", "check", "detector", "geofence", "the autopilot", "glitch")
+"""Words of those who order on nobody's behalf: what came before them belongs to the chain."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order(Shown):
+    """One link.
+
+    Attributes
+    ----------
+    t : float
+        s of the log's clock.
+    what : str
+    said : str
+        What happened, a clause for a person.
+    by : str
+        Who ordered it; "" where the log does not say.
+    """
+
+    t: float
+    what: What
+    said: str
+    by: str
+
+
+def chain_of(
+    until: float,
+    flight: Flight,
+    events: Sequence[Event],
+    messages: Mapping[str, Message],
+    parameters: Mapping[str, float],
+) -> tuple[Order, ...]:
+    """Return what was ordered last, and what has been in force since, in the order of time.
+
+    ``until`` is when control was lost, the ground met, or the log ends, s.
+    """
+    own = sorted((e for e in events if e.t <= until + AFTER_S), key=lambda e: e.t)
+    modes = _changes([e for e in own if e.kind == "mode" and e.t <= until])
+    orders, since = [], flight.start
+    for before, mode in reversed(list(zip([None, *modes], modes, strict=False))):
+        by = mode.by or _by_switch(mode.t, own, messages, parameters)
+        begins = before is None or mode.t <= flight.start
+        told = f"mode {mode.text}" + ("" if begins else f" instead of {_name(before)}")
+        orders.append(Order(mode.t, "mode", told, by))
+        since = mode.t
+        if begins or not any(word in by for word in _AUTOMATIC):
+            break
+    kept = orders[: MOST // 2]  # the latest first
+    others = sorted(_others(own, max(since, flight.airborne[0]) - CAUSE_S), key=lambda one: one.t)
+    # what is reported within a tenth of a second is the reason, whichever record came first
+    return tuple(
+        sorted(
+            [*kept, *others[len(kept) - MOST :]],
+            key=lambda one: (round(one.t, 1), one.what == "mode", one.t),
+        )
+    )
+
+
+def order_words(order: Order) -> str:
+    """Return a link as a person reads it.
+
+    Examples
+    --------
+    >>> order_words(Order(3.0, "mode", "mode LAND instead of LOITER", "the battery failsafe"))
+    'mode LAND instead of LOITER, ordered by the battery failsafe'
+    >>> order_words(Order(3.0, "disarm", "disarmed", ""))
+    'disarmed; the log does not say by whom'
+    """
+    if order.by:
+        return f"{order.said}, ordered by {order.by}"
+    return order.said if order.what == "failsafe" else f"{order.said}; the log does not say by whom"
+
+
+def _name(mode: Event | None) -> str:
+    return "" if mode is None else mode.text
+
+
+def _changes(modes: Sequence[Event]) -> list[Event]:
+    """Return the modes that differ from the one before."""
+    return [one for row, one in enumerate(modes) if not row or modes[row - 1].text != one.text]
+
+
+def _others(events: Sequence[Event], since: float) -> Iterator[Order]:
+    """Yield the failsafes, commands and disarming from a moment on, each once."""
+    armed = max((e.t for e in events if e.kind == "arm"), default=-np.inf)
+    seen = set()
+    for event in events:
+        if event.t < since or event.text in seen:
+            continue
+        if event.kind == "failsafe" and _ACTS.search(event.text):
+            seen.add(event.text)
+            yield Order(event.t, "failsafe", f"the autopilot reports: {event.text}", "")
+        elif event.kind == "command":
+            yield Order(event.t, "command", event.text, event.by)
+        elif event.kind == "disarm" and event.t > armed:
+            yield Order(event.t, "disarm", "disarmed", event.by)
+
+
+def _by_switch(
+    t: float,
+    events: Sequence[Event],
+    messages: Mapping[str, Message],
+    parameters: Mapping[str, float],
+) -> str:
+    """Return that the remote control's mode switch moved just before, "" where it did not.
+
+    Nobody moved it where the radio is reported lost: receivers then send preset values.
+    """
+    channels = messages.get("RC_CHANNELS")
+    is_lost = any(
+        e.kind == "failsafe" and _RADIO.search(e.text) and abs(e.t - t) <= CAUSE_S for e in events
+    )
+    if channels is None or is_lost:
+        return ""
+    for name in data_table("orders")["switches"]:
+        number = parameters.get(name, 0.0)
+        field = f"chan{number:.0f}_raw"
+        if not 1 <= number <= 18 or field not in channels:
+            continue
+        near = (channels.t > t - SWITCHED_S) & (channels.t <= t + AFTER_S)
+        pulses = channels.si(field)[near]
+        pulses = pulses[np.isfinite(pulses)]
+        if pulses.size > 1 and np.ptp(pulses) > MOVED_US:
+            return "the pilot's mode switch"
+    return ""

@@ -1,0 +1,54 @@
+"""Why a recording stops in flight: what the last voltages say, and what else it may be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fdi.diagnosis.recording_end import recording_end
+from fdi.telemetry import log_from_columns
+from fdi.telemetry.ends import FlightEnd
+from fdi.telemetry.events import Event
+
+T = np.arange(0.0, 60.0, 0.5)
+
+
+def log(how="in_air", events=(), **volts):
+    names = {"battery": "SYS_STATUS.voltage_battery", "board": "POWER_STATUS.Vcc"}
+    columns = {"t": T, "A.x": T, **{names[name]: value for name, value in volts.items()}}
+    made = log_from_columns(columns, {names[name]: "V" for name in volts})
+    cache = {"ends": (FlightEnd(0, how, 59.5),), "events": tuple(events)}
+    return replace(made, format="ulog", _cache=cache)
+
+
+def said(*args, **options):
+    (fact,) = recording_end(log(*args, **options))
+    return fact.text
+
+
+def test_voltages_that_are_kept_say_that_power_was_there():
+    text = said(battery=np.full(T.size, 15.2), board=np.full(T.size, 5.05))
+    assert "power was there at its last records (battery 15.2 V and board 5.0 V)" in text
+    assert text.startswith("the recording stops in flight (log 59.5 s)")
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "last"), [("battery", 15.0, 12.0), ("board", 5.0, 4.3), ("board", 4.4, 4.4)]
+)
+def test_a_voltage_that_falls_says_that_power_was_going(name, before, last):
+    text = said(**{name: np.where(T < 58.0, before, last)})
+    assert f"power was going at its last records ({name} {last} V after {before} V)" in text
+
+
+def test_without_voltages_nothing_is_known_of_power():
+    assert "no voltage in the log tells whether power was there" in said()
+
+
+def test_a_disarming_just_before_is_told_as_what_stops_recorders():
+    assert "had just been disarmed" in said(events=[Event(58.0, "disarm", "")])
+    assert "had just been disarmed" not in said(events=[Event(30.0, "disarm", "")])
+
+
+@pytest.mark.parametrize("how", ["landed", "impact", "tipped_over", "on_ground"])
+def test_another_end_needs_no_reason(how):
+    assert recording_end(log(how)) == ()

@@ -1,0 +1,211 @@
+"""Inputs of tests that earn their use, and such that do not, by messages made for it."""
+
+import numpy as np
+import pytest
+
+from fdi.telemetry.events import Event
+from fdi.telemetry.inputs import believed, inputs_of
+from fdi.telemetry.message import Column, Message
+from fdi.units import Conversion
+
+T = np.arange(0.0, 60.0, 0.1)
+RNG = np.random.default_rng(3)
+SWINGS = 0.2 * np.sin(2 * np.pi * 0.4 * T)  # rad, what roll and pitch do
+ARMED = (Event(0.0, "mode", "STABILIZE"), Event(1.0, "arm", "armed"))
+
+
+def message(name, values, scale=1.0, invalid=()):
+    columns = {
+        field: Column(lambda own=own: own, Conversion("", scale), invalid)
+        for field, own in values.items()
+    }
+    return Message(name, None, T, T, np.arange(T.size), columns)
+
+
+def flying(turns=1.0):
+    rates = {axis: turns * np.full(T.size, 0.3) for axis in ("rollspeed", "pitchspeed", "yawspeed")}
+    return message("ATTITUDE", {"roll": SWINGS, "pitch": SWINGS, **rates})
+
+
+def judged(*messages):
+    found, judge = believed({m.key: m for m in messages}, ARMED)
+    return found, {one.name: one for one in inputs_of(judge())}
+
+
+def outputs(shares):
+    """Outputs of four motors, 1000 to 2000 us, from shares (n, 4) of that."""
+    us = {f"motor_{i + 1}": np.round(1000 + 1000 * shares[:, i]) for i in range(4)}
+    columns = {k: Column(lambda v=v: v, Conversion("", 0.001, -1.0), (0.0,)) for k, v in us.items()}
+    return Message("MOTORS", None, T, T, np.arange(T.size), columns)
+
+
+def own():
+    return 0.5 + 0.05 * RNG.standard_normal((T.size, 4))
+
+
+def test_outputs_that_move_are_believed():
+    found, told = judged(flying(), outputs(own()))
+    assert told["outputs to the motors"].believed is True
+    assert np.isfinite(found["MOTORS"].si("motor_1")).all()
+
+
+def test_outputs_that_stand_while_the_vehicle_turns_are_not_its_own():
+    found, told = judged(flying(), outputs(np.tile([0.93, 0.5, 0.5, 0.5], (T.size, 1))))
+    assert told["outputs to the motors"].believed is False
+    assert told["outputs to the motors"].channels[0] == "MOTORS.motor_1"
+    assert not found["MOTORS"].has_known("motor_3")
+
+
+def test_outputs_that_stand_while_it_rests_tell_nothing():
+    _, told = judged(flying(turns=0.0), outputs(np.full((T.size, 4), 0.5)))
+    assert told["outputs to the motors"].believed is None
+
+
+def test_outputs_that_freeze_in_the_second_half_were_its_own():
+    shares = own()
+    shares[T > 35.0] = shares[T > 35.0][0]
+    found, told = judged(flying(), outputs(shares))
+    assert told["outputs to the motors"].believed is True
+    assert np.isfinite(found["MOTORS"].si("motor_1")).all()
+
+
+def test_records_of_a_second_publisher_are_left_out_and_no_others():
+    shares = own()
+    second = np.arange(T.size) % 4 == 2
+    shares[second] = [0.95, 0.5, 0.5, 0.5]
+    found, told = judged(flying(), outputs(shares))
+    assert told["outputs to the motors"].believed is True
+    assert told["outputs to the motors"].left_out == pytest.approx(0.25)
+    np.testing.assert_array_equal(np.isnan(found["MOTORS"].si("motor_2")), second)
+
+
+def test_a_calm_hover_that_comes_back_to_its_outputs_is_no_second_publisher():
+    shares = 0.5 + 0.001 * RNG.integers(-1, 2, (T.size, 4))
+    _, told = judged(flying(), outputs(shares))
+    assert told["outputs to the motors"].left_out == 0.0
+
+
+def test_outputs_at_their_ends_again_and_again_are_a_controller_at_its_limit():
+    shares = np.clip(own(), 0.0, 0.95)
+    shares[np.arange(T.size) % 4 == 2] = [0.95, 0.0, 0.95, 0.0]
+    _, told = judged(flying(), outputs(shares))
+    assert told["outputs to the motors"].left_out == 0.0
+
+
+def test_outputs_far_outside_their_range_are_not_that():
+    _, told = judged(flying(), outputs(1.0 + own()))
+    assert told["outputs to the motors"].believed is False
+    assert "range" in told["outputs to the motors"].why
+
+
+def demand(roll, pitch):
+    return message("NAV_CONTROLLER_OUTPUT", {"nav_roll": roll, "nav_pitch": pitch})
+
+
+def test_a_demand_that_is_followed_is_believed():
+    late = np.interp(T - 0.2, T, SWINGS)
+    _, told = judged(flying(), demand(late, late))
+    assert told["demanded attitude"].believed is True
+
+
+def test_a_demand_that_nothing_follows_is_not_used():
+    other = 0.5 * np.sin(2 * np.pi * 0.07 * T) + 0.4
+    calm = flying()
+    still = dict.fromkeys(("roll", "pitch"), 0.05 * SWINGS)
+    rates = {name: calm.si(name) for name in ("rollspeed", "pitchspeed", "yawspeed")}
+    found, told = judged(message("ATTITUDE", {**still, **rates}), demand(other, -other))
+    assert told["demanded attitude"].believed is False
+    assert not found["NAV_CONTROLLER_OUTPUT"].has_known("nav_roll")
+
+
+@pytest.mark.parametrize("fails", ["one axis", "later"])
+def test_a_fault_is_not_a_demand_of_nobody(fails):
+    off = SWINGS + np.where({"one axis": 0.0, "later": 35.0}[fails] < T, 1.0, 0.0)
+    _, told = judged(flying(), demand(off, SWINGS if fails == "one axis" else off))
+    assert told["demanded attitude"].believed is True
+
+
+def test_a_demand_that_stands_still_is_not_judged():
+    _, told = judged(flying(), demand(np.zeros(T.size), np.zeros(T.size)))
+    assert told["demanded attitude"].believed is None
+
+
+def battery(left, current):
+    values = {"battery_remaining": left, "current_battery": current}
+    power = message("VFR_HUD", {"throttle": np.full(T.size, 0.5)})
+    return power, message("SYS_STATUS", values, invalid=(-1.0,))
+
+
+def test_a_charge_that_comes_back_is_a_voltage():
+    left = np.interp(T, [0, 5, 8, 50, 55, 60], [1.0, 1.0, 0.4, 0.3, 0.9, 0.9])
+    found, told = judged(*battery(left, np.full(T.size, 12.0)))
+    assert told["charge of battery 1"].believed is False
+    assert not found["SYS_STATUS"].has_known("battery_remaining")
+    assert found["SYS_STATUS"].has_known("current_battery")
+
+
+def test_a_charge_that_only_falls_is_believed_though_it_falls_fast():
+    left = np.interp(T, [0, 30, 33, 60], [1.0, 0.9, 0.1, 0.1])
+    _, told = judged(*battery(left, np.full(T.size, 12.0)))
+    assert told["charge of battery 1"].believed is True
+
+
+def test_a_current_of_nothing_under_power_is_unknown():
+    found, told = judged(*battery(np.full(T.size, -1.0), np.zeros(T.size)))
+    assert told["current of battery 1"].believed is False
+    assert not found["SYS_STATUS"].has_known("current_battery")
+    assert "charge of battery 1" not in told
+
+
+def test_a_current_that_drops_out_is_known_in_between():
+    current = np.where(np.arange(T.size) % 5 == 0, 0.0, 12.0)
+    found, told = judged(*battery(np.full(T.size, -1.0), current))
+    known = found["SYS_STATUS"].si("current_battery")
+    assert told["current of battery 1"].believed is True
+    np.testing.assert_array_equal(np.isnan(known[T > 1.0]), current[T > 1.0] == 0.0)
+
+
+def test_a_current_that_goes_later_is_a_fault_and_stays():
+    current = np.where(T > 50.0, 0.0, 12.0)
+    found, _ = judged(*battery(np.full(T.size, -1.0), current))
+    assert np.isfinite(found["SYS_STATUS"].si("current_battery")).all()
+
+
+def felt(roll_rad):
+    """Return what an accelerometer at rest feels that leans by so much, and shakes."""
+    force = 9.81 * np.array([0.0, -np.sin(roll_rad), -np.cos(roll_rad)])
+    shaken = force[:, None] + RNG.standard_normal((3, T.size))
+    columns = {
+        axis: Column(lambda own=own: own, Conversion("m/s^2"))
+        for axis, own in zip(("xacc", "yacc", "zacc"), shaken, strict=True)
+    }
+    return Message("RAW_IMU", None, T, T, np.arange(T.size), columns)
+
+
+def leaning(roll_rad):
+    angles = {"roll": np.full(T.size, roll_rad), "pitch": np.zeros(T.size)}
+    return message("ATTITUDE", angles)
+
+
+@pytest.mark.parametrize(
+    ("estimated", "real", "is_believed"),
+    [(0.1, 0.1, True), (1.2, 1.2, True), (1.2, 0.0, False), (0.3, 0.0, True)],
+)
+def test_an_attitude_is_believed_where_the_accelerometer_feels_the_same_down(
+    estimated, real, is_believed
+):
+    found, told = judged(leaning(estimated), felt(real))
+    assert told["estimated attitude"].believed is is_believed
+    assert found["ATTITUDE"].has_known("roll") is is_believed
+
+
+@pytest.mark.parametrize("scale", [0.6, 1.5])
+def test_an_accelerometer_that_reads_too_much_does_not_cost_the_attitude_its_belief(scale):
+    level = felt(0.0)
+    columns = {
+        axis: column._replace(load=lambda own=column: scale * own.load())
+        for axis, column in level.columns.items()
+    }
+    wrong = Message("RAW_IMU", None, T, T, np.arange(T.size), columns)
+    _, told = judged(leaning(0.0), wrong)
+    assert told["estimated attitude"].believed is True

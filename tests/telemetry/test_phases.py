@@ -1,0 +1,268 @@
+"""On the ground or in the air, by motions of which one source alone would tell another tale."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fdi.telemetry.course import Course
+from fdi.telemetry.flights import find_flights
+from fdi.telemetry.motion import Motion
+from fdi.telemetry.phases import find_phases
+from fdi.telemetry.stretches import find_stretches
+
+from .build import Flight
+
+T = np.arange(0.0, 60.0, 0.1)
+UP, DOWN = 10.0, 45.0  # s, when it leaves the ground and comes back
+FLIES = (T >= UP) & (T < DOWN)
+
+
+def motion(**changes):
+    """A copter that climbs to 5 m in 2 s, hovers, sinks at 1 m/s; it stands before and after."""
+    height = np.interp(T, [UP, UP + 2, DOWN - 5, DOWN], [0.0, 5.0, 5.0, 0.0])
+    own = {
+        "t": T,
+        "height": height,
+        "climb": np.gradient(height, T),
+        "speed": np.where(FLIES, 0.4, 0.1),
+        "airspeed": np.full(T.size, np.nan),
+        "turns": np.where(FLIES, 0.1, 0.005),
+        "upright": np.ones(T.size),
+        "throttle": np.where(FLIES, 0.4, 0.0),
+        "landed_state": np.full(T.size, np.nan),
+        "force": np.full(T.size, 9.81),
+        "pressed": np.full(T.size, np.nan),
+    }
+    return Motion(**{**own, **changes}, is_dense=False)
+
+
+def course(made, armed=True, wings="none"):
+    on = np.full(T.size, armed) if isinstance(armed, bool) else armed
+    phases = find_phases(made, on, wings=wings)
+    return Course(made, phases, ((0.0, 60.0, False),) if on.any() else (), False, wings)
+
+
+def airborne(*args, **options):
+    return [flight.airborne for flight in find_flights(course(*args, **options))]
+
+
+def test_a_plain_flight_begins_and_ends_where_it_leaves_the_ground_and_meets_it():
+    ((up, down),) = airborne(motion())
+    assert (up, down) == pytest.approx((UP, DOWN), abs=0.5)
+
+
+def test_probability_is_one_of_a_probability_and_certain_in_the_midst():
+    found = find_phases(motion(), np.ones(T.size, bool), wings="none")
+    assert ((found.sure >= 0) & (found.sure <= 1)).all()
+    assert found.sure[(found.t > UP + 3) & (found.t < DOWN - 6)].min() > 0.999
+    assert found.sure[found.t < UP - 2].max() < 0.001
+
+
+@pytest.mark.parametrize("high", [35.0, -20.0])
+def test_a_barometer_that_freezes_or_jumps_before_the_landing_does_not_keep_it_up(high):
+    wrong = np.where(T > DOWN - 3, high, motion().height)
+    ((_, down),) = airborne(motion(height=wrong, climb=np.where(T > DOWN - 3, 0.0, motion().climb)))
+    assert down == pytest.approx(DOWN, abs=1.5)
+
+
+def test_an_estimate_that_falls_on_after_the_crash_is_no_flight():
+    """Throttle and gyroscopes say that it lies there."""
+    falls = T > DOWN - 5
+    height = np.where(falls, 5.0 - 4.0 * (T - DOWN + 5), motion().height)
+    ((_, down),) = airborne(motion(height=height, climb=np.gradient(height, T)))
+    assert down < DOWN + 1.0
+
+
+def test_a_hover_at_half_a_metre_flies():
+    height = 0.1 * motion().height
+    ((up, down),) = airborne(motion(height=height, climb=np.gradient(height, T)))
+    assert up == pytest.approx(UP, abs=2.0)
+    assert down == pytest.approx(DOWN, abs=2.0)
+
+
+def test_armed_with_idle_motors_is_no_flight_though_the_barometer_drifts():
+    drift = 0.05 * T
+    assert (
+        airborne(motion(height=drift, climb=0 * T, throttle=0.05 + 0 * T, turns=0.02 + 0 * T)) == []
+    )
+
+
+def test_carried_up_a_stair_disarmed_is_no_flight():
+    made = motion(throttle=0 * T, turns=np.where(FLIES, 0.8, 0.005))
+    assert airborne(made, armed=False) == []
+    found = [one.what for one in find_stretches(course(made, armed=False))]
+    assert found == ["standing", "moved about", "standing"]
+
+
+def test_disarmed_in_the_air_it_falls_to_the_ground():
+    fall = np.interp(T, [UP, UP + 2, 30.0, 31.5], [0.0, 5.0, 5.0, 0.0])
+    on = np.where(T < 30.0, 0.4, 0.0)
+    made = motion(
+        height=fall,
+        climb=np.gradient(fall, T),
+        throttle=np.where(T < UP, 0.0, on),
+        turns=np.where((T >= UP) & (T < 31.5), 0.1, 0.005),
+        speed=np.where((T >= UP) & (T < 31.5), 0.4, 0.1),
+    )
+    ((_, down),) = airborne(made, armed=T < 30.0)
+    assert 29.5 <= down <= 32.5
+
+
+def test_a_vtol_that_hovers_has_not_landed():
+    slow = motion(throttle=np.full(T.size, np.nan))
+    ((up, down),) = airborne(slow, wings="maybe")
+    assert (up, down) == pytest.approx((UP, DOWN), abs=1.5)
+
+
+def test_wings_in_a_headwind_stand_still_over_ground_and_fly():
+    rolls = np.where(FLIES, 18.0, 0.5)
+    made = motion(speed=np.where(FLIES & (T > 20), 1.0, rolls), airspeed=rolls)
+    ((up, down),) = airborne(made, wings="alone")
+    assert (up, down) == pytest.approx((UP, DOWN), abs=1.5)
+
+
+def test_wings_that_roll_fast_on_the_ground_do_not_fly_yet():
+    roll = np.interp(T, [5.0, UP], [0.0, 15.0])
+    made = motion(speed=np.where(T < UP, roll, np.where(T < DOWN, 18.0, 0.5)))
+    ((up, _),) = airborne(made, wings="alone")
+    assert up == pytest.approx(UP, abs=1.0)
+
+
+def test_one_that_spins_with_a_rotor_less_flies_though_its_height_says_little():
+    spins = np.where((T > 20) & FLIES, 25.0, motion().turns)
+    made = motion(turns=spins, throttle=np.full(T.size, np.nan), height=0.1 * motion().height)
+    ((up, down),) = airborne(made)
+    assert up == pytest.approx(UP, abs=2.5)
+    assert down == pytest.approx(DOWN, abs=2.5)
+
+
+def test_the_autopilots_word_decides_where_nothing_else_does():
+    unknown = {"throttle": np.full(T.size, np.nan), "turns": np.full(T.size, 0.03)}
+    still = {"height": 0 * T, "climb": 0 * T, "speed": np.full(T.size, np.nan)}
+    word = np.where(FLIES, 2.0, 1.0)
+    ((up, down),) = airborne(motion(**unknown, **still, landed_state=word))
+    assert (up, down) == pytest.approx((UP, DOWN), abs=1.0)
+
+
+def test_on_its_side_after_the_landing_is_told():
+    made = motion(upright=np.where(T > DOWN + 1, 0.1, 1.0))
+    found = [one.what for one in find_stretches(course(made))]
+    assert found == ["armed on the ground", "in the air", "lying on its side"]
+
+
+def test_a_bounce_is_one_landing():
+    bounce = motion().height + np.where((T > DOWN + 0.5) & (T < DOWN + 1.2), 1.2, 0.0)
+    assert len(airborne(motion(height=bounce, climb=np.gradient(bounce, T)))) == 1
+
+
+def test_two_hops_are_two_flights_that_do_not_overlap():
+    first, second = (T >= 5) & (T < 15), (T >= 30) & (T < 40)
+    up = first | second
+    made = motion(
+        height=np.where(up, 3.0, 0.0),
+        climb=0 * T,
+        throttle=np.where(up, 0.4, 0.05),
+        turns=np.where(up, 0.1, 0.02),
+    )
+    one, other = find_flights(course(made))
+    assert one.end <= other.start
+    assert one.landing == pytest.approx(15, abs=1)
+    assert other.takeoff == pytest.approx(30, abs=1)
+
+
+def dropped(speed, **changes):
+    """One that sinks from 5 m at a speed, turns over at the ground, and whose estimate falls on."""
+    touch = DOWN - 5 + 5.0 / speed
+    sinks = np.where(T < UP + 2, motion().climb, np.where(T < DOWN - 5, 0.0, -speed))
+    own = {
+        "height": np.interp(T, [UP, UP + 2, DOWN - 5, 60.0], [0.0, 5.0, 5.0, -speed * 20 + 5]),
+        "climb": sinks,
+        "upright": np.where(touch > T, 1.0, -1.0),
+        "turns": np.where(touch > T, 0.1, 0.005),
+        "throttle": np.where((T >= UP) & (touch > T), 0.4, 0.0),
+        "force": np.where(np.abs(T - touch) < 0.15, 25.0, 9.81),
+    }
+    return motion(**{**own, **changes}), touch
+
+
+def test_who_sinks_faster_than_a_landing_gear_bears_and_stays_on_its_back_has_hit_the_ground():
+    made, touch = dropped(6.0)
+    (flight,) = find_flights(course(made))
+    assert flight.impact == pytest.approx(touch, abs=0.3)
+    assert flight.impact_speed == pytest.approx(6.0, abs=0.2)
+
+
+def test_who_sinks_gently_or_feels_nothing_has_hit_nothing():
+    for made, _ in (dropped(1.5), dropped(6.0, force=np.full(T.size, 9.81))):
+        assert [flight.impact for flight in find_flights(course(made))] == [None]
+
+
+@pytest.mark.parametrize("vehicle", ["rover", "boat", "sub"])
+def test_what_drives_or_swims_does_not_fly_whatever_its_height(load, vehicle):
+    log = load(Flight(rate=4).bytes())
+    assert [flight.flew for flight in log.flights] == [True]
+    other = replace(log, vehicle=vehicle, _cache={})
+    assert [flight.flew for flight in other.flights] == [False]
+    assert "in the air" not in {stretch.what for stretch in other.stretches}
+
+
+def test_wings_that_stand_on_edge_or_nose_do_not_fly_whatever_the_speed_is_said_to_be():
+    told = {"speed": np.full(T.size, 8.0), "height": np.full(T.size, 3.0), "climb": 0.2 + 0 * T}
+    made = motion(**told, upright=np.full(T.size, 0.1), turns=np.full(T.size, 0.05))
+    assert airborne(made, wings="alone") == []
+    level = motion(**told, turns=np.full(T.size, 0.05))
+    assert len(airborne(level, wings="alone")) == 1
+
+
+def test_wings_in_a_steep_turn_or_a_dive_fly():
+    fast = {"speed": np.where(FLIES, 20.0, 0.0), "airspeed": np.where(FLIES, 20.0, 0.0)}
+    banks = (T > 20) & (T < 30)
+    turning = motion(**fast, upright=np.where(banks, 0.2, 1.0), turns=np.where(banks, 1.2, 0.1))
+    assert len(airborne(turning, wings="alone")) == 1
+    dives = motion(**fast, upright=np.where(banks, 0.1, 1.0), climb=np.where(banks, -15.0, 0.0))
+    assert len(airborne(dives, wings="alone")) == 1
+
+
+def test_a_flight_whose_records_begin_in_the_air_begins_with_them():
+    late = T >= 20.0
+    made = motion()
+    begun = Motion(
+        **{
+            name: getattr(made, name)[late]
+            for name in made.__dataclass_fields__
+            if name != "is_dense"
+        },
+        is_dense=False,
+    )
+    phases = find_phases(begun, np.ones(begun.t.size, bool), wings="none")
+    (flight,) = find_flights(Course(begun, phases, ((0.0, 60.0, False),), True, "none"))
+    assert flight.airborne == pytest.approx((20.0, DOWN), abs=0.5)
+    assert flight.takeoff is None
+
+
+def test_on_a_bench_an_estimate_that_swings_by_metres_is_not_believed_against_the_air():
+    """Turned about by hand; no throttle is recorded."""
+    swings = 30.0 * np.sin(0.3 * T)
+    bench = {
+        "height": swings,
+        "climb": np.gradient(swings, T),
+        "turns": np.full(T.size, 0.6),
+        "throttle": np.full(T.size, np.nan),
+        "speed": np.zeros(T.size),
+    }
+    assert airborne(motion(**bench)) != []  # nothing else tells
+    still = 0.2 * np.sin(T)
+    assert airborne(motion(**bench, pressed=still)) == []
+
+
+def test_a_barometer_that_scatters_is_not_asked():
+    wild = motion().height + np.random.default_rng(3).normal(0, 20.0, T.size)
+    assert airborne(motion(pressed=wild)) == airborne(motion())
+
+
+def test_a_flight_is_one_by_its_barometer_where_the_estimate_has_gone_astray():
+    made = motion(pressed=motion().height)
+    gone = motion(pressed=motion().height, height=motion().height - 2.0 * np.maximum(T - 20, 0))
+    ((up, down),) = airborne(made)
+    assert airborne(gone) == [pytest.approx((up, down), abs=1.0)]
