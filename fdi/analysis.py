@@ -185,9 +185,11 @@ def _setup(log: Log) -> tuple[Check, ...]:
 
 def _hinted(diagnosis: Diagnosis, chain: Chain) -> Diagnosis:
     """Return a diagnosis that says which telemetry would test what this one cannot show."""
+    untested = [one.component for one in diagnosis.not_testable]
+    hints = would_test(untested, chain.airframe, chain.log, chain.system)
     told = []
     for one in diagnosis.not_testable:
-        hint = would_test(one.component, chain.airframe, chain.log, chain.system)
+        hint = hints.get(one.component)
         text = f"{one.text}; {hint}" if hint else one.text
         told.append(replace(one, text=text, wanted=hint.wanted if hint else ""))
     return replace(diagnosis, not_testable=tuple(told))

@@ -16,7 +16,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from fdi.errors import ModelError
@@ -116,10 +116,18 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Apply:
-    """An operator or function applied to its arguments; a sign is ``Apply("-", (x,))``."""
+    """An operator or function applied to its arguments; a sign is ``Apply("-", (x,))``.
+
+    It knows its ``names`` (see `symbols`): they are asked for thousands of times in an analysis.
+    """
 
     operator: str
     arguments: tuple[Expression, ...]
+    names: tuple[str, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        names = dict.fromkeys(name for one in self.arguments for name in symbols(one))
+        object.__setattr__(self, "names", tuple(names))
 
 
 Expression = Number | Symbol | Text | Apply
@@ -356,7 +364,9 @@ def walk(expression: Expression) -> Iterator[Expression]:
 
 def symbols(expression: Expression) -> tuple[str, ...]:
     """Return the names in the expression, each once, in order of first appearance."""
-    return tuple(dict.fromkeys(node.name for node in walk(expression) if isinstance(node, Symbol)))
+    if isinstance(expression, Apply):
+        return expression.names
+    return (expression.name,) if isinstance(expression, Symbol) else ()
 
 
 def count(expression: Expression, name: str) -> int:

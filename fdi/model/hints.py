@@ -8,8 +8,9 @@ works for any model. The settings are data: ``telemetry/data/logging.json``, wit
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import chain
 from typing import Final
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from fdi.model.airframe import Airframe
 from fdi.model.expression import symbols
-from fdi.model.parts import Kind
+from fdi.model.parts import Kind, Measurement
 from fdi.model.system import System, SystemEquation
 from fdi.structure import decompose, submodel
 from fdi.telemetry import Log
@@ -59,16 +60,16 @@ _MAPPED: Final = {"dataflash": "mavlink_dataflash", "ulog": "mavlink_ulog"}
 
 
 def would_test(
-    component: str, airframe: Airframe, log: Log, system: System | None = None
-) -> Hint | None:
-    """Return which telemetry would test a component that this log does not show, None for none.
+    components: Iterable[str], airframe: Airframe, log: Log, system: System | None = None
+) -> dict[str, Hint]:
+    """Return which telemetry would test components that this log does not show, where any would.
 
     Messages of the component itself come first; where none does alone, a smallest choice of them.
 
     Parameters
     ----------
-    component : str
-        A component of the model.
+    components : iterable of str
+        Components of the model.
     airframe : Airframe
     log : Log
     system : System, optional
@@ -80,28 +81,51 @@ def would_test(
         The log has no channel that the model measures.
     """
     system = system or airframe.observe(log)
-    if _tests(component, system):
-        return _more_often(component, system, log)
-    wanted = [source for source in _lacking(component, airframe, log) if recorded_as(source, log)]
-    told = {e.component for e in airframe.equations} | {m.component for m in airframe.measurements}
-    if component not in told:  # no telemetry helps where the model states nothing
-        return None
+    shown = _tested(system)
     left_out = {str(copy.channel) for copy in system.copies} | set(system.implied)
+    absent = [m for m in _absent(airframe, log) if recorded_as(m.channel.source, log)]
 
-    def tested(sources: Collection[str]) -> bool:
+    @cache
+    def held(sources: frozenset[str]) -> System:
         # Comparing all channels anew for copies would cost ten times the rest: they are known.
-        more = airframe.observe(log, also=frozenset(sources), repeated=True)
-        return bool(_tests(component, more, left_out))
+        return airframe.observe(log, also=sources, repeated=True)
 
-    alone = next((source for source in wanted if tested([source])), None)
-    if alone is not None:
-        return _hint([alone], log)
-    if not tested(wanted):
-        return None
+    @cache  # what one component asks, others ask as well
+    def likely(sources: frozenset[str]) -> set[str]:
+        """Return what they test by structure, in a fifteenth of the time of a look anew."""
+        whole = held(frozenset(m.channel.source for m in absent))
+        return _tested(whole, left_out, {m.channel.source for m in absent} - sources)
+
+    def surely(sources: frozenset[str]) -> set[str]:
+        return _tested(held(sources), left_out)
+
+    found = dict[str, Hint | None]()
+    for component in components:
+        if component in shown:
+            found[component] = _more_often(component, system, log)
+            continue
+        own = [m.channel.source for m in absent if m.component == component and not m.trusted]
+        wanted = list(dict.fromkeys(chain(own, (m.channel.source for m in absent))))
+        chosen = _chosen(component, wanted, likely)
+        if chosen and component not in surely(frozenset(chosen)):
+            chosen = _chosen(component, wanted, surely)
+        found[component] = _hint(chosen, log) if chosen else None
+    return {component: hint for component, hint in found.items() if hint is not None}
+
+
+def _chosen(
+    component: str, wanted: list[str], tested: Callable[[frozenset[str]], set[str]]
+) -> list[str]:
+    """Return the first message that tests a component alone, or few that do together, or none."""
+    if not wanted or component not in tested(frozenset(wanted)):  # more never test less
+        return []
+    for source in wanted:
+        if component in tested(frozenset([source])):
+            return [source]
     for source in reversed(wanted):
         without = [other for other in wanted if other != source]
-        wanted = without if tested(without) else wanted
-    return _hint(wanted, log)
+        wanted = without if component in tested(frozenset(without)) else wanted
+    return wanted
 
 
 def recorded_as(source: str, log: Log) -> str:
@@ -166,26 +190,40 @@ def _listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
-def _tests(component: str, system: System, left_out: Collection[str] = ()) -> list[SystemEquation]:
-    """Return the statements about a component that the rest of the system can hold against it."""
+def _tests(
+    system: System, left_out: Collection[str] = (), without: Collection[str] = ()
+) -> list[SystemEquation]:
+    """Return the statements that the rest of the system can hold against their component.
+
+    ``left_out`` are equations that count for nothing, ``without`` messages that are not there.
+    """
     model = system.structure()
     equation_of = {equation.name: equation for equation in system.equations}
-    used = [
-        i
-        for i, name in enumerate(model.equations)
-        if not equation_of[name].supports and name not in left_out
-    ]
-    part = submodel(model, used)
-    over = (equation_of[part.equations[i]] for i in decompose(part).over.equations)
-    return [equation for equation in over if equation.component == component]
+    told = {e.name: e.measurement for e in system.equations if e.measurement is not None}
+    unheard = {name for name, one in told.items() if one.channel.source in without}
+    inputs = {told[name].variable for name in unheard if equation_of[name].kind is Kind.INPUT}
+
+    def is_used(name: str) -> bool:
+        equation = equation_of[name]
+        lacks = name in unheard or not inputs.isdisjoint(equation.edges)  # see `usable`
+        return not (equation.supports or lacks or name in left_out)
+
+    part = submodel(model, [i for i, name in enumerate(model.equations) if is_used(name)])
+    return [equation_of[part.equations[i]] for i in decompose(part).over.equations]
 
 
-def _lacking(component: str, airframe: Airframe, log: Log) -> list[str]:
-    """Return the messages of a model that a log lacks, those of the component first."""
+def _tested(
+    system: System, left_out: Collection[str] = (), without: Collection[str] = ()
+) -> set[str]:
+    """Return the components of which anything is tested."""
+    statements = _tests(system, left_out, without)
+    return {one.component for one in statements if one.component is not None}
+
+
+def _absent(airframe: Airframe, log: Log) -> list[Measurement]:
+    """Return the measurements of a model whose messages a log lacks."""
     absent = [m for m in airframe.measurements if is_lacking(m.channel.source, log)]
-    absent = [m for m in absent if not m.made_by]
-    own = [m.channel.source for m in absent if m.component == component and not m.trusted]
-    return list(dict.fromkeys(chain(own, (m.channel.source for m in absent))))
+    return [m for m in absent if not m.made_by]
 
 
 def _more_often(component: str, system: System, log: Log) -> Hint | None:
@@ -205,7 +243,7 @@ def _more_often(component: str, system: System, log: Log) -> Hint | None:
 
 def _needed(component: str, system: System) -> Iterable[str]:
     """Return the messages behind those tests of a component that need frequent samples."""
-    own = {n for e in _tests(component, system) for n in e.edges}
+    own = {n for e in _tests(system) if e.component == component for n in e.edges}
     fast = [
         e
         for e in system.equations

@@ -279,8 +279,9 @@ def request_of(
     measurement: Measurement, variable: Variable, parameters: Mapping[str, ParameterValue]
 ) -> Request:
     """Return what to ask of a log for a measurement."""
-    constants = {name: Number(value.value) for name, value in parameters.items()}
     value, when, reported = measurement.value, measurement.when, measurement.reported
+    asked = (name for one in (value, when, reported) if one is not None for name in symbols(one))
+    constants = {name: Number(parameters[name].value) for name in asked if name in parameters}
     operators = {n.operator for n in walk(value) if isinstance(n, Apply)} if value else set()
     over = bool(operators & OVER_A_WHILE)
     return Request(

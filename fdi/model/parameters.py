@@ -122,11 +122,9 @@ def without_unset(
     """
     told_by_log = {name: p for name, p in parameters.items() if p.sources or p.frame}
     values = {name: value_of(p, log).value for name, p in told_by_log.items()}
-    needing = {
-        name: _needing(name, equations)
-        for name in values
-        if log is not None and isnan(values[name])
-    }
+    unset = [name for name in values if log is not None and isnan(values[name])]
+    needed = {e.name: _names(e) for e in equations} if unset else {}
+    needing = {name: _needing(name, equations, needed) for name in unset}
     gone = [equation for some in needing.values() for equation in some]
     told = list[str]()
     for reason, is_held in (("the vehicle sets no", True), ("not in this log:", False)):
@@ -151,11 +149,13 @@ def without_unset(
     return [e for e in equations if e not in gone], told
 
 
-def _needing(name: str, equations: Sequence[Equation]) -> list[Equation]:
+def _needing(
+    name: str, equations: Sequence[Equation], needed: Mapping[str, set[str]]
+) -> list[Equation]:
     """Return the equations that need a parameter, or what only those determine that do."""
     kept, lost, gone = list(equations), {name}, list[Equation]()
     while lost:
-        new = [e for e in kept if lost & _names(e)]
+        new = [e for e in kept if lost & needed[e.name]]
         kept = [e for e in kept if e not in new]
         gone += new
         given = {name for e in kept for name in e.solves or ()}

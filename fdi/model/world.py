@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import datetime
-from typing import Final
+from functools import lru_cache
+from typing import Any, Final
 
 import numpy as np
 
@@ -33,20 +34,23 @@ def world_value(name: str, log: Log) -> float | None:
     place = _place(log)
     if place is None:
         return None
-    year = _year(log) or ANY_YEAR
-    from pygeomag import GeoMag
-
-    # Each model holds for five years; beyond the newest the field drifts by 0.1 degrees a year.
-    first = min(int(year // 5 * 5), 2025)
-    model = GeoMag(coefficients_file=f"wmm/WMM_{first}.COF")
-    result = model.calculate(
-        glat=place[0], glon=place[1], alt=0.0, time=min(max(year, first), first + 4.99)
-    )
+    result = _field(*place, _year(log) or ANY_YEAR)
     if name == "magnetic_declination":
         return float(np.radians(result.d))
     if name == "magnetic_inclination":
         return float(np.radians(result.i))
     return float(result.f) * 1e-9
+
+
+@lru_cache(maxsize=100)  # asked for three times a look at a system
+def _field(lat: float, lon: float, year: float) -> Any:
+    """Return what the model of its time says of the field at a place, deg."""
+    from pygeomag import GeoMag
+
+    # Each model holds for five years; beyond the newest the field drifts by 0.1 degrees a year.
+    first = min(int(year // 5 * 5), 2025)
+    model = GeoMag(coefficients_file=f"wmm/WMM_{first}.COF")
+    return model.calculate(glat=lat, glon=lon, alt=0.0, time=min(max(year, first), first + 4.99))
 
 
 def undated(log: Log) -> Iterator[str]:

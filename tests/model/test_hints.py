@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from fdi.model import load_airframe
-from fdi.model.hints import recorded_as, setting_of, would_test
+from fdi.model.hints import Hint, recorded_as, setting_of, would_test
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.placement import place
 from fdi.telemetry import Channel, read
@@ -20,27 +20,31 @@ def flight():
     return read(EXAMPLES / "copter_motor_failure_crash.tlog")
 
 
+def hint_of(component: str, airframe, log) -> Hint | None:
+    return would_test([component], airframe, log).get(component)
+
+
 def without(log, *messages):
     return replace(log, messages={k: m for k, m in log.messages.items() if k not in messages})
 
 
 def test_a_missing_message_of_the_component_itself_would_test_it(flight):
     log = without(flight, "GPS_RAW_INT")
-    words = str(would_test("gps", load_airframe("quadcopter"), log))
+    words = str(hint_of("gps", load_airframe("quadcopter"), log))
     assert words == "GPS_RAW_INT at 2 Hz or more would test it (SRn_EXT_STAT)"
 
 
 def test_of_several_missing_messages_all_are_named_that_are_needed(flight):
     """Outputs bring the motors; nothing else that is missing is asked for."""
     log = without(flight, "SERVO_OUTPUT_RAW", "MOTORS", "VIBRATION", "WIND")
-    words = str(would_test("motor_1", load_airframe("quadcopter"), log))
+    words = str(hint_of("motor_1", load_airframe("quadcopter"), log))
     assert words == "SERVO_OUTPUT_RAW at 2 Hz or more would test it (SRn_RC_CHAN)"
 
 
 def test_what_could_not_be_made_of_a_message_is_no_lack_of_it(flight):
     """Outputs whose wiring is not known are not known better for being sent again."""
     log = without(flight, "MOTORS")
-    words = str(would_test("motor_1", load_airframe("quadcopter"), log))
+    words = str(hint_of("motor_1", load_airframe("quadcopter"), log))
     assert words.startswith("ESC_TELEMETRY_1_TO_4 at 2 Hz or more would test it")
     warnings = load_airframe("quadcopter").observe(log).warnings
     (line,) = (x for x in warnings if "motor" in x and "ESC_TELEMETRY" not in x)
@@ -63,7 +67,7 @@ def test_outputs_that_come_too_seldom_are_told_as_they_are_recorded(flight):
 
 
 def test_what_changes_slowly_may_come_at_any_rate(flight):
-    words = str(would_test("vibration", load_airframe("quadcopter"), without(flight, "VIBRATION")))
+    words = str(hint_of("vibration", load_airframe("quadcopter"), without(flight, "VIBRATION")))
     assert words == "VIBRATION would test it (SRn_EXTRA3)"
 
 
@@ -82,7 +86,7 @@ def test_of_messages_of_which_one_changes_fast_the_rate_is_told(flight, tmp_path
     """The one that changes slowly alone would test nothing."""
     path = tmp_path / "pair.yaml"
     path.write_text(PAIR, encoding="utf-8")
-    words = str(would_test("one", load_airframe(path), without(flight, "VIBRATION", "RAW_IMU")))
+    words = str(hint_of("one", load_airframe(path), without(flight, "VIBRATION", "RAW_IMU")))
     assert words.startswith("VIBRATION and RAW_IMU at 2 Hz or more would test it")
 
 
@@ -94,11 +98,11 @@ def test_streams_have_their_new_names_where_the_log_has_them(flight):
 
 
 def test_nothing_is_said_of_a_component_that_the_model_knows_no_test_of(flight):
-    assert would_test("navigation_control", load_airframe("quadcopter"), flight) is None
+    assert hint_of("navigation_control", load_airframe("quadcopter"), flight) is None
 
 
 def test_nothing_is_said_of_a_component_that_is_tested(flight):
-    assert would_test("gps", load_airframe("quadcopter"), flight) is None
+    assert hint_of("gps", load_airframe("quadcopter"), flight) is None
 
 
 @pytest.mark.parametrize(
@@ -144,7 +148,7 @@ def test_placement_tells_the_setting_and_only_what_the_autopilot_has(flight):
 @SHARED_ONLY
 def test_messages_that_come_too_seldom_are_told_with_their_rate():
     log = read(SHARED / "healthy" / "mission_1hz.tlog")
-    words = str(would_test("gyroscope", load_airframe("quadcopter"), log))
+    words = str(hint_of("gyroscope", load_airframe("quadcopter"), log))
     assert words.startswith("ATTITUDE, RAW_IMU and SCALED_IMU2 at 2 Hz or more would test it")
     assert words.endswith("the slowest comes at 1.0 Hz")
 
