@@ -11,11 +11,13 @@
 
 A message is one line that says what is wrong, with the numbers; ``where`` names the place (file,
 line, byte, channel, equation) and ``hint`` the next step. Damage inside a log is no exception: it
-is a record in the log's quality, and the rest is returned.
+is a record in the log's quality, and the rest is returned. `own_file` tells an installation that
+nobody can use from a defect.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 
 
@@ -88,3 +90,18 @@ class OutputError(FdiError):
 
 class EntryError(FdiError):
     """What was kept from an earlier run is not what it should be: it has to be made anew."""
+
+
+def own_file(error: BaseException) -> str | None:
+    """Return what an exception says if a file of this package cannot be read, else None.
+
+    That is no defect: somebody installed it where this user may not read, or lost a part of it.
+    """
+    package = os.path.dirname(os.path.abspath(__file__))
+    text = "cannot be read, and belongs to fdi itself: install it anew, where you may read it"
+    if isinstance(error, ImportError) and (error.name or "").partition(".")[0] == "fdi":
+        return f"the module {error.name} {text}"
+    if not isinstance(error, OSError) or not isinstance(error.filename, str | os.PathLike):
+        return None
+    name = os.path.abspath(error.filename)
+    return f"{name} {text}" if name.startswith(package + os.sep) else None

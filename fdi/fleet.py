@@ -27,7 +27,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from fdi.errors import FdiError, LogError, OutputError, UsageError
+from fdi.errors import FdiError, LogError, OutputError, UsageError, own_file
 from fdi.report.fleet.flagged import ENDS, is_flagged
 from fdi.telemetry.ends import BAD
 from fdi.telemetry.together.track import NOWHERE, Track, first_of_flights, track_of
@@ -101,7 +101,7 @@ def row_of_log(job: Job, tell: Callable[[Analysis], Row]) -> Row:
     except Exception as error:  # noqa: BLE001 - a bad log is a row, never a stop
         last = traceback.extract_tb(error.__traceback__)[-1]
         place = f"{Path(last.filename).name}, line {last.lineno}"  # first: a text may be cut
-        text = f"a defect of ours in {last.name} ({place}): {error!r}"
+        text = own_file(error) or f"a defect of ours in {last.name} ({place}): {error!r}"
         row.update(error=text[:500], error_kind=type(error).__name__)
     row["seconds"] = round(time.perf_counter() - start, 3)
     return row

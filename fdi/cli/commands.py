@@ -41,7 +41,7 @@ from fdi.cli.output import complain, prepare_streams
 from fdi.cli.structure import structure
 from fdi.cli.vote import vote
 from fdi.cli.watch import watch
-from fdi.errors import FdiError, ModelError
+from fdi.errors import FdiError, ModelError, own_file
 
 TERMINATED: Final = 143
 USAGE: Final = 2
@@ -126,6 +126,9 @@ def explain(error: Exception) -> int:
         for line in error.problems if isinstance(error, ModelError) else (str(error),):
             complain(f"fdi: {line}")
         return error.exit_code
+    if (unreadable := own_file(error)) is not None:
+        complain(f"fdi: {unreadable}")
+        return DEFECT
     return _defect(error)
 
 

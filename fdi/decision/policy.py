@@ -21,7 +21,7 @@ from fdi.decision.recipes import Learned, PredictedSpread, Rank
 from fdi.errors import ModelError, UsageError
 from fdi.methods.table import methods_of
 from fdi.model.system import Estimate
-from fdi.model.yaml import read_document
+from fdi.model.yaml import documents_in, read_document
 from fdi.residuals import Differentiation, Residuals
 from fdi.shown import Shown
 from fdi.telemetry import Sampling
@@ -172,7 +172,7 @@ def _check_positive(what: str, value: object) -> None:
 
 def shipped_policies() -> tuple[str, ...]:
     """Return the names of the shipped policies, sorted."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    return tuple(path.stem for path in documents_in(FOLDER))
 
 
 def load_policy(name: str | Path) -> Policy:

@@ -22,6 +22,7 @@ from fdi import store
 from fdi.errors import EntryError
 from fdi.model.codec import decode, encode
 from fdi.model.parts import Component
+from fdi.model.yaml import documents_in, read_document
 
 FOLDER: Final = Path(__file__).parent / "advice"
 OTHER: Final = "other"
@@ -166,7 +167,7 @@ def load_book() -> Book:
     ModelError
         A file of it is damaged.
     """
-    paths = sorted(FOLDER.glob("*.yaml"))
+    paths = documents_in(FOLDER)
     key = store.digest(Path(__file__).read_bytes(), *(path.read_bytes() for path in paths))
     with suppress(EntryError, ValueError, TypeError):  # a foreign entry of the cache: read anew
         return _whole(decode(Book, store.fetch(_KIND, key)))
@@ -183,9 +184,7 @@ def read_book(paths: Iterable[Path]) -> Book:
     ModelError
         A file of it is damaged.
     """
-    from pydantic import TypeAdapter  # these two read slowly: 1 s, which the cache saves
-
-    from fdi.model.yaml import read_document
+    from pydantic import TypeAdapter  # it reads slowly: 1 s, which the cache saves
 
     found: dict[str, dict[str, Any]] = {}
     for path in paths:

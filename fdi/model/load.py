@@ -28,7 +28,7 @@ from fdi.model.expression import FUNCTIONS
 from fdi.model.given import Function, named
 from fdi.model.parts import ModelFile
 from fdi.model.repeat import repeated
-from fdi.model.yaml import Document, Place, read_document
+from fdi.model.yaml import Document, Place, documents_in, read_document
 
 if TYPE_CHECKING:
     from fdi.model.schema import AirframeFile
@@ -45,7 +45,7 @@ def models_folder() -> Path:
 
 def shipped_models() -> tuple[str, ...]:
     """Return the names of the shipped models, sorted."""
-    return tuple(sorted(path.stem for path in models_folder().glob("*.yaml")))
+    return tuple(path.stem for path in documents_in(models_folder()))
 
 
 def find_model(name: str | Path) -> Path:

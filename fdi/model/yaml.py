@@ -9,6 +9,7 @@ node tree is walked here rather than constructed by the library: only nodes know
 from __future__ import annotations
 
 import hashlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -37,6 +38,22 @@ class Document:
             if path[:length] in self.lines:
                 return self.lines[path[:length]]
         return 1
+
+
+def documents_in(folder: Path) -> tuple[Path, ...]:
+    """Return the YAML files of a folder, by name.
+
+    Raises
+    ------
+    ModelError
+        The folder cannot be read; a search by pattern would find nothing in it.
+    """
+    try:
+        names = sorted(name for name in os.listdir(folder) if name.endswith(".yaml"))
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise ModelError(f"cannot be read: {reason}", where=str(folder)) from error
+    return tuple(folder / name for name in names)
 
 
 def read_document(path: Path, name: str | None = None) -> Document:

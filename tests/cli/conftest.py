@@ -1,5 +1,9 @@
 """A real log, a model small enough to be quick, and the command line as a function."""
 
+import ctypes
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -9,6 +13,8 @@ import pytest
 from fdi.cli import main
 
 LOG = Path(__file__).parents[2] / "examples" / "crash_logs" / "copter_motor_failure_crash.tlog"
+END = "\nimport sys\nfrom fdi.cli import main\nsys.exit(main())"
+TOO_LONG_S = 600  # a process that hangs; no measure of speed
 MODEL = """
 format: 1
 name: tiny
@@ -51,6 +57,31 @@ class Ended(NamedTuple):
 
 
 Run = Callable[..., Ended]
+
+
+def without_override() -> None:
+    """Let a child of root be refused what the mode of a file refuses (capabilities(7))."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    for capability in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
+        if libc.prctl(24, capability, 0, 0, 0):  # PR_CAPBSET_DROP
+            raise OSError(ctypes.get_errno(), "no capability can be dropped here")
+
+
+def refused(*words: object, code: str = "") -> Ended:
+    """Run the command line in a process of its own that permissions hold for, root's too."""
+    if os.name == "nt":
+        pytest.skip("permissions are others there")
+    is_root = os.geteuid() == 0
+    if is_root and sys.platform != "linux":
+        pytest.skip("root may do everything there")
+    ended = subprocess.run(
+        [sys.executable, "-c", code + END, *map(str, words)],
+        preexec_fn=without_override if is_root else None,
+        capture_output=True,
+        text=True,
+        timeout=TOO_LONG_S,
+    )
+    return Ended(ended.returncode, ended.stdout, ended.stderr)
 
 
 @pytest.fixture

@@ -1,15 +1,17 @@
 """Files that are no log, models that are none: one line, the right code, no traceback, no hang."""
 
 import os
+import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from .conftest import LOG, MODEL, Ended, Run
+import fdi
+
+from .conftest import LOG, MODEL, Ended, Run, refused
 
 
 def is_told(ended: Ended, code: int) -> None:
@@ -66,7 +68,7 @@ def test_a_mapped_log_that_is_cut_short_while_it_is_read_is_3(tmp_path: Path) ->
     path = tmp_path / "flight.tlog"
     path.write_bytes(LOG.read_bytes())
     ended = subprocess.run(
-        [sys.executable, "-c", CUT, str(path)], capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", CUT, str(path)], capture_output=True, text=True, timeout=600
     )
     assert (ended.returncode, ended.stdout) == (3, "")
     assert ended.stderr.startswith("fdi: a log was cut short")
@@ -81,30 +83,45 @@ def test_what_is_no_file_cannot_be_converted(run: Run, tmp_path: Path) -> None:
         assert ended.err.count("\n") == 1
 
 
-@pytest.fixture
-def nobody() -> Iterator[None]:
-    """Be somebody who may not read what root keeps to himself."""
-    if os.name == "nt":
-        pytest.skip("permissions are others there")
-    was = os.geteuid()
-    if was == 0:
-        os.seteuid(65534)
-    yield
-    os.seteuid(was)
-
-
 @pytest.mark.parametrize("command", ["analyze", "info"])
-def test_a_log_without_permission_is_3(
-    run: Run, tmp_path: Path, command: str, request: pytest.FixtureRequest
-) -> None:
+def test_a_log_without_permission_is_3(tmp_path: Path, command: str) -> None:
     path = tmp_path / "secret.tlog"
     path.write_bytes(LOG.read_bytes())
     path.chmod(0)
-    run(command, LOG, "--json")  # what it imports is loaded now
-    request.getfixturevalue("nobody")
-    ended = run(command, path, "--json")
+    ended = refused(command, path, "--json")
     assert (ended.code, ended.out) == (3, "")
     assert ended.err == f"fdi: {path}: cannot be read: permission denied\n"
+
+
+def test_a_folder_without_permission_is_5(tmp_path: Path) -> None:
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    ended = refused("analyze", LOG, "--out", locked / "out", "--format", "json")
+    assert (ended.code, ended.out, ended.err.count("\n")) == (5, "", 1)
+    assert str(locked) in ended.err
+
+
+@pytest.mark.parametrize(
+    ("locked", "code"),
+    [("decision/policies", 4), ("telemetry/data", 70), ("diagnosis/advice", 4), ("../models", 4)],
+)
+def test_an_installation_that_may_not_be_read_is_no_defect(
+    tmp_path: Path, locked: str, code: int
+) -> None:
+    root = Path(fdi.__file__).parents[1]
+    for name in ("fdi", "models"):
+        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    folder = tmp_path / "fdi" / locked
+    folder.chmod(0)
+    try:
+        ended = refused(
+            "analyze", LOG, "--json", code=f"import sys; sys.path.insert(0, {str(tmp_path)!r})"
+        )
+    finally:
+        folder.chmod(0o700)
+    assert (ended.code, ended.out, ended.err.count("\n")) == (code, "", 1), ended.err
+    assert "cannot be read" in ended.err
+    assert "defect" not in ended.err
 
 
 @pytest.mark.parametrize("command", ["analyze", "info", "convert"])

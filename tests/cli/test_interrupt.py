@@ -41,7 +41,7 @@ def press():
     time.sleep(1)
 def run(arguments):
 {}
-    time.sleep(20)
+    time.sleep(600)
     return 0
 fdi.cli.commands.run = run
 """
@@ -92,7 +92,7 @@ def started(code: str, words: list[str], work: Path) -> subprocess.Popen[str]:
 
 def assert_interrupted(process: subprocess.Popen[str], work: Path) -> None:
     with process:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=600)
     assert (process.returncode, out, err.strip()) == (130, "", "fdi: interrupted")
     assert not list(work.iterdir())
 
@@ -131,14 +131,14 @@ def listen(self, *, to_the_end):
 fdi.cli.interrupt.Interrupts.listen = listen
 """
     with started(code + END, [], work) as process:
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=600)
     ours = {"__future__", "fdi", "fdi.cli", "fdi.cli.interrupt", "fdi.cli.main"}
     assert set(out.split()) <= ours
 
 
 def test_after_the_answer(work: Path) -> None:
     with started(AFTER_MAIN, ["--version"], work) as process:
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=600)
     assert process.returncode == 130
     assert out.startswith("fdi, version")
     assert err == "fdi: interrupted\n"
@@ -148,8 +148,8 @@ def test_after_the_answer(work: Path) -> None:
 def test_an_interrupt_that_is_lost_on_its_way_still_ends(how: str, work: Path) -> None:
     before = time.monotonic()
     process = started(IN_RUN.format(LOST[how]) + END, [], work)
-    process.wait(timeout=60)
-    assert time.monotonic() - before < 15
+    process.wait(timeout=600)
+    assert time.monotonic() - before < 300
     if how == "pressed again while it is cleaned up":
         (work / "clean").unlink()
     assert_interrupted(process, work)
@@ -158,7 +158,7 @@ def test_an_interrupt_that_is_lost_on_its_way_still_ends(how: str, work: Path) -
 @pytest.mark.parametrize("gap", [0.0, 0.02, 0.3])
 def test_twice(gap: float, work: Path, model: Path) -> None:
     process = started("import sys" + END, ["analyze", str(LOG), "--model", str(model)], work)
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 300
     while not list(work.iterdir()) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)
     for _ in range(2):
