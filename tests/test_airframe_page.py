@@ -95,8 +95,9 @@ def test_a_limit_on_what_another_test_reads_costs_that_test(tmp_path):
     further = tmp_path / "further.yaml"
     limit = "limits:\n  current_high: {variable: current, max: 25}\n"
     further.write_text(text.replace("limits:\n", limit), encoding="utf-8")
-    call = f"fdi structure {further} --log {ROVER}/rover.tlog --against {ROVER}/rover.yaml"
-    lost = run(call, tmp_path).partition("Tests no longer there\n")[2]
+    words = ["fdi", "structure", further, "--log", ROVER / "rover.tlog"]
+    call = [*map(str, words), "--against", str(ROVER / "rover.yaml")]
+    lost = run(shlex.join(call), tmp_path).partition("Tests no longer there\n")[2]
     assert lost.strip().startswith("drive_motor.current, SYS_STATUS.current_battery by cur_1")
 
 

@@ -26,7 +26,7 @@ def analysed(name, cache, **changes):
         [*FDI, "analyze", str(EXAMPLES / name), "--json", "--no-progress"],
         env=environment,
         capture_output=True,
-        timeout=60,
+        timeout=600,
         check=True,
     )
     return without_times(ended.stdout.decode("utf-8"))

@@ -82,13 +82,16 @@ def test_every_module_can_be_imported():
     names = [module.name for module in walk_packages(fdi.__path__, "fdi.")]
     names = [name for name in names if name != "fdi.__main__"]
     code = f"import importlib\nfor name in {names}: importlib.import_module(name)"
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=600)
 
 
 @pytest.mark.parametrize("command", ["analyze", "structure", "batch"])
 def test_the_command_line_explains_itself(command):
     ended = subprocess.run(
-        [sys.executable, "-m", "fdi", command, "--help"], capture_output=True, text=True, timeout=60
+        [sys.executable, "-m", "fdi", command, "--help"],
+        capture_output=True,
+        text=True,
+        timeout=600,
     )
     assert (ended.returncode, ended.stderr) == (0, "")
     assert "Usage" in ended.stdout

@@ -79,10 +79,10 @@ def test_tcp_connects_again_after_the_other_side_closed() -> None:
         server.accept()[0].close()
         assert link.receive(1.0) == b""
         since = time.monotonic()
-        server.settimeout(5.0)
+        server.settimeout(60.0)
         found = b""
         again = None
-        while not found and time.monotonic() - since < 5.0:
+        while not found and time.monotonic() - since < 60.0:
             found = link.receive(0.05)
             if again is None and link.port is not None:
                 again = server.accept()[0]

@@ -48,7 +48,7 @@ def over_tcp(path: Path, into: Path, offline: Observation) -> tuple[Observing, K
     engine = Observing(vehicle, sink=kept)
     session, link = Session(record(into), Hearing(), engine), open_link(player.name)
     since = time.monotonic()
-    while time.monotonic() - since < 60 and player.thread.is_alive():
+    while time.monotonic() - since < 600 and player.thread.is_alive():
         session.take(link.receive(0.05), time.monotonic())
     while data := link.receive(0.05):
         session.take(data, time.monotonic())

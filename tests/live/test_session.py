@@ -111,7 +111,7 @@ def test_so_many_seconds_end_it_and_packets_are_gathered(tmp_path: Path) -> None
     session = Session(record(tmp_path / "kept.tlog"), Hearing(), Observing())
     since = time.monotonic()
     listen(Busy(b"", 1), session, pieces.append, seconds=0.5)
-    assert 0.5 <= time.monotonic() - since < 5.0
+    assert 0.5 <= time.monotonic() - since < 60.0
     assert len(pieces) <= 0.5 / GATHER_S + 2
 
 

@@ -511,7 +511,7 @@ def test_a_warm_load_needs_neither_parser_nor_checker(tmp_path):
     root = Path(__file__).parents[2]
     for _ in range(2):
         done = subprocess.run(
-            [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=60
+            [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=600
         )
     assert done.stdout.strip() == "[]", done.stderr
 

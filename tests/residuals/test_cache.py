@@ -188,7 +188,7 @@ def test_a_second_run_imports_neither_sympy_nor_pint(folder):
             capture_output=True,
             text=True,
             check=True,
-            timeout=60,
+            timeout=600,
         ).stdout.splitlines()
         for _ in range(2)
     ]

@@ -52,7 +52,7 @@ def run_alone(source, signals, folder):
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         env={},
     )
     assert done.returncode == 0, done.stderr

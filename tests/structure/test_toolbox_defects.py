@@ -4,10 +4,10 @@ Source: shared/structural/README.md, section 7. Each test names the defect in it
 """
 
 import itertools
-import time
 
 import numpy as np
 import pytest
+from counting import calls
 
 from fdi.errors import UsageError
 from fdi.structure import (
@@ -161,9 +161,9 @@ def test_redundancy_that_is_spread_over_components_costs_nothing(name, count):
     """Components are not split: 17 s on the first model, no end on the second one."""
     model = reference(name)
     assert len(graph_components(model)) > 4
-    start = time.process_time()
-    assert sum(1 for _ in mso_sets(model, compiled=False)) == count
-    assert time.process_time() - start < 5
+    found = []
+    assert calls(lambda: found.extend(mso_sets(model, compiled=False))) < 10_000 * count
+    assert len(found) == count
 
 
 def test_sets_come_in_an_order_that_depends_on_the_model_alone():

@@ -40,7 +40,7 @@ def test_what_failed_once_does_not_fail_again():
         [sys.executable, "-m", "telemetry.fuzz.worker", *map(str, REGRESSIONS)],
         env={**os.environ, **ALONE},
         capture_output=True,
-        timeout=120,
+        timeout=600,
         check=True,
     )
     said = [json.loads(line) for line in ended.stdout.splitlines()]

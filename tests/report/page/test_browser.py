@@ -36,7 +36,7 @@ def test_the_scripts_run_from_disk(chromium: str, written: Path, tmp_path: Path)
     command = [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,6000"]
     command += [f"--user-data-dir={tmp_path}", "--virtual-time-budget=4000", "--dump-dom"]
     done = subprocess.run(
-        [*command, written.as_uri()], capture_output=True, text=True, timeout=120, check=False
+        [*command, written.as_uri()], capture_output=True, text=True, timeout=600, check=False
     )
     assert '<html lang="en" class="scripted">' in done.stdout
     assert '<option value="VFR_HUD.alt">' in done.stdout  # made by the last of them
