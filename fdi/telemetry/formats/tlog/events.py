@@ -88,8 +88,9 @@ def with_orders(
     for sent, t in others.get(_SET_MODE, ()):
         modes.append(t[sent.field("target_system") == system])
     for sent, t in others.get(_COMMAND_LONG, ()):
-        to_it = np.isin(sent.field("target_system"), (0, system))
-        command = sent.field("command")
+        # int64: within `isin`, numpy before 2.0 counts with the smaller type
+        whom, command = (sent.field(n).astype(np.int64) for n in ("target_system", "command"))
+        to_it = np.isin(whom, (0, system))
         modes.append(t[to_it & np.isin(command, _MODE_COMMANDS)])
         arming.append(t[to_it & (command == _ARM_COMMAND)])
     asked = {"mode": np.concatenate(modes)}
