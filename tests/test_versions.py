@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, metadata, version
 from pathlib import Path
 from pkgutil import walk_packages
 
@@ -53,6 +53,28 @@ def test_every_frame_and_parameter_of_an_example_is_read(example, fast, monkeypa
     found = find_frames(np.fromfile(example, np.uint8), frame_checks())
     assert (found.start.size, found.damage) == (EXAMPLES[example.name][0], ())
     assert len(read(example).parameters) == EXAMPLES[example.name][1]
+
+
+@pytest.mark.parametrize("python", ["3.11.0", "3.11.2"])
+def test_every_pin_installs_on_the_oldest_python_that_is_promised(python):
+    """What Debian 12 has is 3.11.2; one pin that wants 3.11.5 and pip installs nothing at all."""
+    packaging = pytest.importorskip("packaging.specifiers")
+    promised = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]["requires-python"]
+    assert packaging.SpecifierSet(promised).contains(python)
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins = [line.split("==") for line in lines if line and not line.startswith("#")]
+    assert len(pins) > 100
+    wanting = {}
+    for name, pinned in pins:
+        try:
+            found = metadata(name)
+        except PackageNotFoundError:
+            continue  # of the extras, of which this environment has not all
+        if found["Version"] == pinned and found["Requires-Python"]:
+            needs = packaging.SpecifierSet(found["Requires-Python"])
+            if not needs.contains(python):
+                wanting[name] = str(needs)
+    assert wanting == {}
 
 
 def test_checksums_of_thousands_of_frames_at_once_are_right():
