@@ -8,6 +8,8 @@ from flights import SHARED, analysis_of
 
 from fdi.model.parts import Kind
 
+pytestmark = pytest.mark.flights
+
 ARCHIVE = SHARED / "closed_loop.tar.xz"
 SECOND = {
     "att_7": "second estimator", "att_8": "second estimator", "acc_stk_2": "second unit",

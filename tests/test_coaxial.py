@@ -13,6 +13,8 @@ from telemetry.build import Flight, mav, record
 
 import fdi
 
+pytestmark = pytest.mark.flights
+
 EXPO = 0.65
 ONSET = 60.0
 # roll, pitch, yaw of every motor

@@ -9,6 +9,8 @@ import sys
 import pytest
 from flights import EXAMPLES
 
+pytestmark = pytest.mark.flights
+
 FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
 LOGS = ["copter_gps_loss_landing.tlog", "plane_engine_failure_stall.tlog"]
 PLAIN = {"PYTHONHASHSEED": "0", "TZ": "UTC", "LC_ALL": "C.UTF-8"}

@@ -15,7 +15,7 @@ from fdi.evaluation.run import Evaluation, evaluate
 from fdi.evaluation.totals import totals
 from fdi.evaluation.unseen import unseen
 
-pytestmark = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+pytestmark = [pytest.mark.flights, pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")]
 
 BAD = ("impact", "control_lost")
 UNIT = (

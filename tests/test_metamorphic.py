@@ -26,6 +26,8 @@ from flights import (
 
 from fdi.errors import FdiError
 
+pytestmark = pytest.mark.flights
+
 DAY = 86_400
 LONGEST_S = 60.0  # CPU of an analysis of a minute of flight; they take 0.1 to 2 s
 FAULTY = [

@@ -7,6 +7,8 @@ from test_octocopter import HEALTHY, ONSET, Octocopter, accused, weak
 
 import fdi
 
+pytestmark = pytest.mark.flights
+
 
 @dataclass(frozen=True)
 class Trapped(Octocopter):

@@ -14,6 +14,8 @@ from telemetry.build import Flight, mav, record
 import fdi
 from fdi.model.choose import choose_model
 
+pytestmark = pytest.mark.flights
+
 LOW, HIGH, EXPO = 0.15, 0.95, 0.65
 """MOT_SPIN_MIN, MOT_SPIN_MAX, MOT_THST_EXPO."""
 ONSET = 60.0

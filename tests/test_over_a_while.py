@@ -14,6 +14,8 @@ from fdi.model.evaluate import evaluate
 from fdi.telemetry import Channel, read
 from fdi.telemetry.signals import TIME
 
+pytestmark = pytest.mark.flights
+
 HEALTHY = ROOT / "examples" / "healthy_logs"
 COPTER = HEALTHY / "copter_gusts.tlog"
 LOGS = [HEALTHY / f"{name}.tlog" for name in ("copter_gusts", "plane_turbulence", "px4_quad")]

@@ -13,6 +13,8 @@ from telemetry.build import Flight, mav
 
 import fdi
 
+pytestmark = pytest.mark.flights
+
 ONSET = 60.0
 HOVER, MOST = 0.45, 1200.0
 """Output as a share of its range; rate at full output, rad/s."""

@@ -9,6 +9,8 @@ from fdi.analysis import analyze
 from fdi.decision import load_policy
 from fdi.decision.policy import policy_text
 
+pytestmark = pytest.mark.flights
+
 ALFA = "alfa/{}.tlog"
 PLANE = "sitl/plane/{}.tlog"
 SURFACES = shared(

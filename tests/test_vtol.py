@@ -12,6 +12,8 @@ from telemetry.build import Flight, mav, record
 
 import fdi
 
+pytestmark = pytest.mark.flights
+
 LOW, HIGH, EXPO = 0.15, 0.95, 0.65
 ONSET = 60.0
 HEALTHY = (1.0,) * 4

@@ -7,6 +7,8 @@ from .asking import ask
 from .edits import joined, pieces, until
 from .relations import RELATIONS, NotAskedError
 
+pytestmark = pytest.mark.flights
+
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
 LEAST = 10
 COPTER, PLANE = "sitl/copter/c20_gps_glitch_11m.BIN", "sitl/plane/p20_engine_stop.BIN"

@@ -13,6 +13,8 @@ from fdi.residuals.evaluate import compute_node, context_of
 from fdi.telemetry import Channel, Sampling, read
 from fdi.telemetry.message import Column
 
+pytestmark = pytest.mark.flights
+
 PAPER = Path(__file__).parents[1] / "models" / "paper_77.yaml"  # in it channels choose among roots
 PLANES = {
     "tlog": EXAMPLES / "plane_engine_failure_stall.tlog",

@@ -23,6 +23,8 @@ from fdi.structure.isolability import isolability_of_signatures
 
 from .build import GLIDER, airframe
 
+pytestmark = pytest.mark.flights
+
 PAPER = Path(__file__).parents[1] / "models" / "paper_77.yaml"
 
 

@@ -20,6 +20,8 @@ from .fuzz.smaller import smaller
 from .fuzz.whole import MORE
 from .fuzz.worker import CLOCKS, FLIGHTS, WHOLE
 
+pytestmark = pytest.mark.flights
+
 INPUTS = 1000
 ANALYSED = range(50, 66)  # a report is written of 50; 64 once ended with exit code 2
 CLOCKED = 200
