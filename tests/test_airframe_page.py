@@ -19,6 +19,8 @@ from ruamel.yaml import YAML
 from fdi.analysis import analyze
 from fdi.model import load_airframe
 
+pytestmark = pytest.mark.flights
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, TUTORIAL = (ROOT / "docs" / name for name in ("airframe.md", "tutorial.md"))
 ROVER = ROOT / "examples" / "rover"

@@ -26,6 +26,8 @@ from fdi.telemetry import read
 from fdi.telemetry.search import find_logs
 from fdi.telemetry.together.track import track_of
 
+pytestmark = pytest.mark.flights
+
 FDI = [sys.executable, "-c", "import sys; from fdi.cli import main; sys.exit(main())"]
 EXAMPLES = Path("examples/crash_logs").absolute()
 ROOT = Path(__file__).parents[1]

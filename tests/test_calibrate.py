@@ -21,6 +21,8 @@ from fdi.model.yaml import read_document
 from fdi.report.text import summary
 from fdi.telemetry import read
 
+pytestmark = pytest.mark.flights
+
 ALFA = [SHARED / "alfa" / f"no_failure_{number}.tlog" for number in (2, 4, 5)]
 OLD_COPTER = SHARED / "healthy" / "copter_2013.tlog"
 COPTER = SHARED / "sitl" / "copter"

@@ -9,6 +9,8 @@ from flights import EXAMPLES, SHARED
 import fdi
 from fdi.errors import ModelError
 
+pytestmark = pytest.mark.flights
+
 LOGS = [
     EXAMPLES / "copter_motor_failure_crash.tlog",
     SHARED / "crash" / "motor2_lost.bin",

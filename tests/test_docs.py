@@ -16,6 +16,8 @@ from fdi.model import load_airframe
 from fdi.model.repeat import repeated
 from fdi.model.yaml import parse_document
 
+pytestmark = pytest.mark.flights
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 CRASHES = ("copter_gps_loss_landing.tlog", "copter_motor_failure_crash.tlog")

@@ -9,7 +9,7 @@ from fdi.errors import UsageError
 from fdi.fleet import Job, analyze_log, row_of_log, rows
 from fdi.result import Analysis
 
-pytestmark = pytest.mark.usefixtures("_own_cache_folder")
+pytestmark = [pytest.mark.flights, pytest.mark.usefixtures("_own_cache_folder")]
 LOG = "examples/crash_logs/copter_motor_failure_crash.tlog"
 
 

@@ -3,6 +3,8 @@
 import pytest
 from flights import Case, document_of, shared
 
+pytestmark = pytest.mark.flights
+
 WITHIN_S = 1.0
 
 PAIRS = (

@@ -23,6 +23,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from fdi.analysis import analyze
 
+pytestmark = pytest.mark.flights
+
 PARAMETER = re.compile(r"SIM_.*|SERVO\d+_FUNCTION|DISABLE_.*|RC\d+_FUNCTION")
 TOPIC = re.compile(r".*groundtruth.*|redundancy_.*|.*inject.*|vehicle_command(_ack)?|.*sim.*")
 TLOGS = [

@@ -11,7 +11,10 @@ from fdi.telemetry import read
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "flights"
 LOG = SHARED / "real" / "forum_18093_4.bin"
-pytestmark = pytest.mark.skipif(not LOG.exists(), reason="needs the labelled logs")
+pytestmark = [
+    pytest.mark.flights,
+    pytest.mark.skipif(not LOG.exists(), reason="needs the labelled logs"),
+]
 
 
 def changed(name, **changes):

@@ -11,6 +11,8 @@ import pytest
 from fdi import analyze
 from fdi.diagnosis.likelihood import load_fitted
 
+pytestmark = pytest.mark.flights
+
 ROOT = Path(__file__).resolve().parents[1]
 BOAT = ROOT / "examples" / "thrusters"
 

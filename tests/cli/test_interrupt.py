@@ -11,7 +11,10 @@ import pytest
 
 from .conftest import LOG
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal there")
+pytestmark = [
+    pytest.mark.flights,
+    pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is no signal there"),
+]
 
 END = "\nfrom fdi.cli import main\nsys.exit(main())"
 AT_IMPORT = """

@@ -19,7 +19,9 @@ from fdi.telemetry.ends import How
 
 BOOK = load_book()
 AUTOPILOTS = ("ardupilot", "px4", "other")
-PARTS = sorted({name for model in shipped_models() for name in load_airframe(model).components})
+MODELS = [load_airframe(model) for model in shipped_models()]
+COMPONENTS = {name: one for model in MODELS for name, one in model.components.items()}
+PARTS = sorted(COMPONENTS)
 CHECKS = (
     "motors",
     "ailerons",
@@ -41,14 +43,9 @@ CHECKS = (
 @pytest.mark.parametrize("component", PARTS)
 def test_every_part_of_a_shipped_model_has_its_own_advice(component: str, autopilot: str) -> None:
     """What to inspect, how to tell, and what to record, on any autopilot."""
-    components = {
-        name: one
-        for model in shipped_models()
-        for name, one in load_airframe(model).components.items()
-    }
-    part = BOOK.part(component, components)
+    part = BOOK.part(component, COMPONENTS)
     assert part is not BOOK.groups[OTHER]
-    assert part is not BOOK.group_of(component, components)
+    assert part is not BOOK.group_of(component, COMPONENTS)
     needed = (part.tell, part.check) if autopilot == "other" else (part.tell, part.check, part.next)
     for entries in needed:
         assert [one for one in entries if one.on in ("", autopilot)]
@@ -69,8 +66,8 @@ def test_every_pattern_of_a_statement_is_that_of_a_shipped_model() -> None:
     """A renamed statement does not lose its advice in silence; one of the whole has no part."""
     names = {
         (re.sub(r"_[0-9]+$", "", equation.component or ""), equation.name)
-        for model in shipped_models()
-        for equation in load_airframe(model).equations
+        for model in MODELS
+        for equation in model.equations
     }
     wanted: dict[str, set[str]] = {}
     for component, part in BOOK.parts.items():

@@ -21,6 +21,8 @@ from fdi.evaluation.injected_fault import parse_fault
 from fdi.evaluation.labels import Fault, Label
 from fdi.evaluation.totals import Rate
 
+pytestmark = pytest.mark.flights
+
 LOG = EXAMPLES / "copter_gps_loss_landing.tlog"
 HEALTHY_UNTIL = 40.0  # s; its own fault begins at 41.5
 

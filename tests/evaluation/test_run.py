@@ -6,6 +6,8 @@ from fdi.model import load_airframe, shipped_models
 from fdi.residuals import build_bank
 from tests.flights import EXAMPLES
 
+pytestmark = pytest.mark.flights
+
 
 @pytest.mark.parametrize("name", shipped_models())
 def test_no_test_reads_a_command_that_is_left_out(name):

@@ -13,6 +13,8 @@ from fdi.telemetry.formats.bounds import MOST_NAMES, MOST_SENDERS, MOST_TEXTS, M
 from .build import EPOCH, Flight
 from .fuzz.heads import composed_binary, composed_text, composed_ulog, message
 
+pytestmark = pytest.mark.flights
+
 MANY = 200_000
 
 

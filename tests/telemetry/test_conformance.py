@@ -4,7 +4,10 @@ import pytest
 
 from .conformance.__main__ import SHARED, compare
 
-pytestmark = pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder")
+pytestmark = [
+    pytest.mark.flights,
+    pytest.mark.skipif(not SHARED.is_dir(), reason="needs the shared folder"),
+]
 
 FILES = (
     "telemetry/samples/copter_sitl_v2.tlog",

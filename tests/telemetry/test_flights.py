@@ -12,6 +12,8 @@ from fdi.telemetry.events import flight_state
 
 from .build import DOWN, Flight, mav, record
 
+pytestmark = pytest.mark.flights
+
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "flights"
 HARD = 2.0  # m/s: labels call every ground contact after a fault an impact, landings too
 BASE = Flight()

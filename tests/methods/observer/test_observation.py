@@ -12,6 +12,8 @@ from fdi.telemetry import read
 
 from .build import write
 
+pytestmark = pytest.mark.flights
+
 ONSET, END = 30.0, 45.0
 WITHIN_S = 1.5
 

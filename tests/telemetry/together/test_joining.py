@@ -18,6 +18,8 @@ from fdi.telemetry.together.happenings import merged_events, merged_parameters
 
 from .test_agreement import PAIRS, needs_shared, pair, without_clocks
 
+pytestmark = pytest.mark.flights
+
 EXAMPLE = EXAMPLES / "copter_motor_failure_crash.tlog"
 HOST_S = 137.2  # by which another recorder's host clock is ahead
 
