@@ -1,6 +1,5 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      what protects a change, within minutes: style, types, import rules, tests
-# make near      the tests that what was changed since the last run touches (the first run: all)
 # make test-flights  the rest of the tests: whole flights, and damaged logs by the hundred (minutes)
 # make land      moves main to this commit if all that CI runs is green on it, in a clone (tools/land)
 # make docs      the pages of docs and the docstrings as a site, build/site/index.html
@@ -25,7 +24,7 @@ OUT ?= build/example.fdi
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze page test test-flights near land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
+.PHONY: analyze page test test-flights land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -36,10 +35,6 @@ test: lint
 
 test-flights: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "flights and not soak"
-
-# What testmon knows of is Python; where other files have changed (models, tables, policies), make test.
-near: $(VENV)/.installed-test
-	$(BIN)/python -m pytest --testmon -n auto --dist loadfile -m "not soak"
 
 land:
 	tools/land $(COMMIT)
