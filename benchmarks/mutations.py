@@ -197,6 +197,7 @@ def noticed(one: Mutation, root: Path, wider: Iterable[str]) -> str | None:
 def failed(tests: Sequence[str], root: Path) -> str | None:
     """Return the first test that fails, None where all pass."""
     command = [sys.executable, "-m", "pytest", "-q", "-x", "--no-header", "-p", "no:cacheprovider"]
+    command += ["-m", "not soak"]  # those of whole flights as well
     environment = {**os.environ, "PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
         done = subprocess.run(
