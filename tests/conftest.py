@@ -1,5 +1,6 @@
 """What every test relies on: no test reads or fills the user's cache."""
 
+import gc
 import os
 import shutil
 
@@ -11,6 +12,12 @@ from hypothesis import settings
 settings.register_profile("same", derandomize=True, deadline=None)
 settings.register_profile("search", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
+
+
+def pytest_collection_finish() -> None:
+    """Keep the collector from walking what lives to the end: it took a fifth of the time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
