@@ -22,15 +22,22 @@ BIN := $(VENV)/bin
 LOG ?= examples/crash_logs/copter_motor_failure_crash.tlog
 OUT ?= build/example.fdi
 
+# A shell may forbid Python to keep what it compiles; every process of a run would compile all of it anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze page test test-flights land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
+.PHONY: analyze page test suite test-flights land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
 	$(BIN)/fdi analyze $(LOG) --out $(OUT) --force
 
-test: lint
+# Side by side: the check of types keeps one core busy for as long as a tenth of the tests takes
+test: $(VENV)/.installed-test
+	@$(MAKE) --no-print-directory -j2 lint suite
+
+suite: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile
 
 test-flights: $(VENV)/.installed-test
@@ -101,22 +108,24 @@ bench figures: $(VENV)/.installed-test
 	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python "$$file"; done
 
 # A stamp is newer than what it was installed from; the install is editable, so changed code needs no new one.
+# Python compiles what is used at its first use: compiling all of the libraries takes as long as installing them.
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt
 $(VENV)/.installed-run: pyproject.toml constraints.txt | $(BIN)/pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	$(INSTALL) -e .
 	@touch $@
 
 $(VENV)/.installed-test: pyproject.toml constraints.txt | $(BIN)/pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(INSTALL) -e '.[test]'
 	@touch $@ $(VENV)/.installed-run
 
 $(VENV)-lowest/.installed: pyproject.toml constraints-lowest.txt
 	$(LOWEST) -m venv $(VENV)-lowest
-	$(VENV)-lowest/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-lowest.txt -e '.[fast]' pytest hypothesis
+	$(VENV)-lowest/bin/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints-lowest.txt -e '.[fast]' pytest hypothesis
 	@touch $@
 
 $(VENV)-newest/.installed: pyproject.toml
 	$(NEWEST) -m venv $(VENV)-newest
-	$(VENV)-newest/bin/python -m pip install --quiet --disable-pip-version-check --upgrade -e '.[fast]' pytest hypothesis
+	$(VENV)-newest/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --upgrade -e '.[fast]' pytest hypothesis
 	@touch $@
 
 # pip, not python, is the target: where the venv module is only half there, python appears all the same.
