@@ -1,6 +1,7 @@
 # make analyze   the main job on an example crash (sets up .venv when it is missing)
 # make test      what protects a change, within minutes: style, types, import rules, tests
 # make test-flights  the rest of the tests: whole flights, and damaged logs by the hundred (minutes)
+# make near      the tests that what differs from main touches (seconds); BASE=HEAD: what is not committed
 # make land      moves main to this commit if all that CI runs is green on it, in a clone (tools/land)
 # make docs      the pages of docs and the docstrings as a site, build/site/index.html
 # make notebooks all notebooks, run from beginning to end
@@ -27,7 +28,7 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := analyze
 .DELETE_ON_ERROR:
-.PHONY: analyze page test suite test-flights land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
+.PHONY: analyze page test suite near test-flights land docs notebooks test-lowest test-newest lint conformance metamorphic soak fit bench figures clean
 
 analyze: $(VENV)/.installed-run
 	@mkdir -p $(dir $(OUT))
@@ -39,6 +40,13 @@ test: $(VENV)/.installed-test
 
 suite: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+BASE ?= main
+
+near: $(VENV)/.installed-test
+	@touched=$$($(BIN)/python tools/near $(BASE)) || exit; \
+	  if [ -n "$$touched" ]; then $(BIN)/python -m pytest -n auto --dist loadfile $$touched; \
+	  else echo "near: nothing that differs from $(BASE) has tests of its own"; fi
 
 test-flights: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "flights and not soak"
