@@ -36,7 +36,11 @@ FOLLOWED: Final = (
     "only tests whose other side may follow a lasting error, so that their silence clears nobody"
 )
 NO_SIZE: Final = "no size can be stated from which on every fault would have shown"
-_CARRIERS: Final = {"wing_borne": "wings", "rotor_borne": "rotors"}
+_WAITING: Final = {
+    "wing_borne": "on wings only, which never carried it for long",
+    "rotor_borne": "on rotors only, which never carried it for long",
+    "aloft": "clear of the magnetic fields of the ground only, 2.5 m above it",
+}
 
 
 def left_open(alarms: Alarms, told: Collection[str]) -> tuple[Open, ...]:
@@ -178,10 +182,10 @@ def not_testable(
 
 
 def _waiting(alarms: Alarms, rows: Collection[int]) -> str:
-    """Return what had to carry the vehicle for any of these tests and never did, "" for nothing."""
+    """Return where any of these tests would hold and the vehicle never was, "" for nothing."""
     bank, state = alarms.residuals.bank, alarms.residuals.signals.state.named()
     equations = bank.system.equations
-    for flag, carrier in _CARRIERS.items():
+    for flag, where in _WAITING.items():
         needed = all(
             any(
                 (when := equations[i].when) is not None and flag in symbols(when)
@@ -190,5 +194,5 @@ def _waiting(alarms: Alarms, rows: Collection[int]) -> str:
             for row in rows
         )
         if rows and needed and not state[flag].any():
-            return f"its tests hold on {carrier} only, which never carried it for long"
+            return f"its tests hold {where}"
     return ""

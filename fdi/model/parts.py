@@ -25,6 +25,7 @@ STATES: Final = frozenset(
         "wing_borne",
         "rotor_borne",
         "standing",
+        "aloft",
         "step",
     }
 )

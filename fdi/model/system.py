@@ -19,7 +19,7 @@ from fdi.telemetry import Copy, Request
 
 EdgeKind = Literal["solvable", "fixed", "derivative", "integral"]
 DIFFERENTIAL: Final = ("derivative", "integral")
-IN_AIR: Final = frozenset({"airborne", "wing_borne", "rotor_borne", "phase"})
+IN_AIR: Final = frozenset({"airborne", "aloft", "wing_borne", "rotor_borne", "phase"})
 """The flight state that tells whether a vehicle flies, and what carries it."""
 
 

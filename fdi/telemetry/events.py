@@ -6,7 +6,7 @@ of mode, arming and texts; `flights.py` finds take-off, landing and impact from 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final, Literal
 
@@ -83,6 +83,8 @@ class Flight(Shown):
         When the vehicle was last that high above the place of landing.
     impact_speed : float or None
         m/s, descent just before the impact.
+    aloft : (float, float) or None
+        From when to when it was clear of the fields of the ground; None: never.
     stood : (float, float) or None
         From when to when the vehicle stood last before it; None: that is not in the log.
     flew : bool
@@ -97,6 +99,7 @@ class Flight(Shown):
     climbed: float | None = None
     approach: float | None = None
     impact_speed: float | None = None
+    aloft: tuple[float, float] | None = None
     stood: tuple[float, float] | None = None
     flew: bool = True
 
@@ -118,6 +121,7 @@ class FlightState(Shown):
     ``wing_borne``: it is in the air, and if it could be carried by rotors, wings have carried it
     for a few seconds; ``rotor_borne`` likewise, if it could be carried by wings.
     ``standing``: it stands before one of its flights.
+    ``aloft``: it is in the air, and clear of the magnetic fields of the ground.
     """
 
     t: Floats
@@ -130,6 +134,7 @@ class FlightState(Shown):
     wing_borne: NDArray[np.bool_]
     rotor_borne: NDArray[np.bool_]
     standing: NDArray[np.bool_]
+    aloft: NDArray[np.bool_]
 
     def part(self, span: slice | NDArray[np.int64]) -> FlightState:
         """Return the state at some of the times."""
@@ -174,10 +179,18 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     air = np.asarray(airborne, np.bool_)
     lift = [(e.t, e.text) for e in events if e.kind == "lift"]
     wings, rotors = (air & _carried(at, lift, by) for by in ("wings", "rotors"))
-    standing = np.zeros(at.size, np.bool_)
-    for low, high in (flight.stood for flight in flights if flight.stood is not None):
-        standing |= (at >= low) & (at <= high)
-    return FlightState(at, armed, air, mode, phase, attitude, height, wings, rotors, standing)
+    standing = _within(at, (flight.stood for flight in flights))
+    aloft = air & _within(at, (flight.aloft for flight in flights))
+    return FlightState(
+        at, armed, air, mode, phase, attitude, height, wings, rotors, standing, aloft
+    )
+
+
+def _within(at: Floats, spans: Iterable[tuple[float, float] | None]) -> NDArray[np.bool_]:
+    found = np.zeros(at.size, np.bool_)
+    for low, high in filter(None, spans):
+        found |= (at >= low) & (at <= high)
+    return found
 
 
 def _carried(at: Floats, lift: Sequence[tuple[float, str]], by: str) -> NDArray[np.bool_]:

@@ -31,6 +31,9 @@ RUN_S: Final = 10.0  # s before and after, in which a take-off is looked for
 AFTER_S: Final = 4.0  # s after the ground is met, in which a blow is looked for
 LEVEL_S: Final = 2.0  # s: for longer an estimate of height does not stand still
 CLIMBED_M: Final = 10.0
+ALOFT_M: Final = 2.5
+"""Above the ground; from here on ArduPilot's filter takes the ground's magnetic interference for
+insignificant (AP_NavEKF3: EKF3_MAG_FINAL_RESET_ALT)."""
 STANDS_MS: Final = 0.6  # m/s over ground: a receiver's velocity at rest, and no run for a take-off
 
 
@@ -192,11 +195,11 @@ def _landing(motion: Motion, down: float, until: float) -> float:
 
 
 def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:
-    """Return the flight with the ends of climb-out and the beginning of the approach."""
+    """Return the flight with the end of its climb-out, its approach, and when it was aloft."""
     low, high = flight.airborne
     inside = (motion.t >= low) & (motion.t <= high)
     t, height = motion.t[inside], motion.height[inside]
-    climbed = approach = None
+    climbed = approach = aloft = None
     if flight.takeoff is not None and t.size:
         above = np.flatnonzero(height > ground + CLIMBED_M)
         climbed = float(t[above[0]]) if above.size else high
@@ -204,4 +207,12 @@ def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:
         above = np.flatnonzero(height > height[-1] + CLIMBED_M)
         approach = float(t[above[-1]]) if above.size else low
         approach = max(approach, climbed or approach)
-    return replace(flight, climbed=climbed, approach=approach)
+    if t.size:
+        up = np.ones(t.size, np.bool_)
+        if flight.takeoff is not None:
+            up &= np.logical_or.accumulate(height > ground + ALOFT_M)
+        if flight.landing is not None:
+            up &= np.logical_or.accumulate((height > height[-1] + ALOFT_M)[::-1])[::-1]
+        rows = np.flatnonzero(up)
+        aloft = (float(t[rows[0]]), float(t[rows[-1]])) if rows.size else None
+    return replace(flight, climbed=climbed, approach=approach, aloft=aloft)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fdi.telemetry.course import Course
+from fdi.telemetry.events import flight_state
 from fdi.telemetry.flights import find_flights
 from fdi.telemetry.motion import Motion
 from fdi.telemetry.phases import find_phases
@@ -239,6 +240,23 @@ def test_a_flight_whose_records_begin_in_the_air_begins_with_them():
     (flight,) = find_flights(Course(begun, phases, ((0.0, 60.0, False),), True, "none"))
     assert flight.airborne == pytest.approx((20.0, DOWN), abs=0.5)
     assert flight.takeoff is None
+    assert flight.aloft == pytest.approx((20.0, DOWN - 2.5), abs=0.2)
+
+
+def test_it_is_aloft_while_more_than_two_metres_and_a_half_above_the_ground():
+    (flight,) = find_flights(course(motion()))
+    assert flight.aloft == pytest.approx((UP + 1.0, DOWN - 2.5), abs=0.2)
+    aloft = flight_state(T, (), (flight,)).aloft
+    assert T[aloft][[0, -1]].tolist() == list(flight.aloft)
+
+
+def test_who_hovers_at_two_metres_is_never_aloft():
+    height = np.where(FLIES, 2.0, 0.0)
+    (flight,) = find_flights(course(motion(height=height, climb=np.gradient(height, T))))
+    assert flight.aloft is None
+    state = flight_state(T, (), (flight,))
+    assert state.airborne.any()
+    assert not state.aloft.any()
 
 
 def test_on_a_bench_an_estimate_that_swings_by_metres_is_not_believed_against_the_air():
