@@ -3,25 +3,24 @@ r"""How far do healthy vehicles stray from what the model states? Tolerances mea
 In: labelled healthy flights. Out: for every statement (equality) a `Measured`: the tolerance that a
 vehicle needs that nobody has seen, given how far it strays in the first seconds of its flight.
 
-What is measured of a flight is `Stray`: how far the test was off at first (root of the mean square
-over the flight's reference), and the least tolerance at which nothing later would have been an
+What is measured of a flight is `Stray`: how far the test was off at first (median over the first
+seconds in which it is known), and the least tolerance at which nothing later would have been an
 alarm, noise apart. The later is taken to be exponential, its mean proportional to
-$s = \sqrt{(n s_0^2 + a^2) / (n + 1)}$, where a is what this flight strayed at first and s_0 what
-families did: the weight n of what families did is fitted by likelihood. Of N families the mean of
-the ratio is known to within N exponentials, so that a further vehicle exceeds
-$N (q^{-1/N} - 1)$ times it once in 1 / q flights (the predictive distribution of an exponential
-after N observations). Families weigh alike, however many flights they have. Each is left out once:
-where that moves the tolerance by more than `MOST_MOVED`, the flights do not tell it.
+$s = \sqrt{(n s_0^2 + a^2) / (n + 1)}$, where s_0 is what families strayed at first and a what this
+flight did, or s_0 where that is less: the weight n of what families did is fitted by likelihood. Of
+N families the mean of the ratio is known to within N exponentials, so that a further vehicle
+exceeds $N (q^{-1/N} - 1)$ times it once in 1 / q flights (the predictive distribution of an
+exponential after N observations). Families weigh alike, however many flights they have. Each is
+left out once: where that moves the tolerance by more than `MOST_MOVED`, the flights do not tell it.
 """
 
 from __future__ import annotations
 
 import argparse
-import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import PurePosixPath
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -34,11 +33,13 @@ from fdi.decision.judging import enough
 from fdi.decision.learned import rounded
 from fdi.decision.noise import trailing_mean
 from fdi.decision.recipes import PredictedSpread
+from fdi.decision.straying import FILE, at_first, pooled, scale_of
 from fdi.errors import UsageError
 from fdi.evaluation.labels import Label, load_labels
 from fdi.fleet import Job, Row, row_of_log, rows
 from fdi.model.parts import Kind
-from fdi.telemetry.airtime import first_known, when_in_air
+from fdi.report.json_text import json_text
+from fdi.telemetry.airtime import when_in_air
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
+DATA: Final = Path(__file__).resolve().parents[1] / "fdi" / "decision" / FILE
 EXCEEDED: Final = 0.01
 """Share of healthy flights of vehicles never seen that may exceed a tolerance."""
 MOST_MOVED: Final = 1.5
@@ -72,7 +74,7 @@ class Stray:
     family : str
         Flights of the same vehicle, owner and days.
     first : float
-        Root of the mean square over the first seconds of the flight.
+        Median over the first seconds of the flight.
     later : float
         The least tolerance at which nothing would have alarmed.
     hours : float
@@ -100,9 +102,6 @@ class Measured:
         Of it, against what the flight itself strays at first.
     times : float
         The tolerance is so many times the s that follows from both.
-    most : float
-        What a healthy flight strayed at first at the most: a flight that strays more is not
-        allowed more for it.
     between : float
         Standard deviation of the logarithm of what families stray at first.
     range : (float, float)
@@ -114,7 +113,6 @@ class Measured:
     strays: float
     weight: float
     times: float
-    most: float
     between: float
     families: int
     flights: int
@@ -201,7 +199,7 @@ def _of_flight(found: Analysis) -> Iterator[tuple[str, str, str | None, float, f
     residuals, recipe = found.alarms.residuals, found.policy.decision
     assert isinstance(recipe, PredictedSpread)
     rate_hz = residuals.signals.rate_hz
-    bounds = learn(residuals, recipe)
+    bounds = learn(residuals, replace(recipe, usual=False))
     told = bounds.told
     _, size = told.strayed(residuals.values)
     air = when_in_air(residuals.signals)
@@ -213,11 +211,11 @@ def _of_flight(found: Analysis) -> Iterator[tuple[str, str, str | None, float, f
     beside = bounds.tolerance - residuals.tolerance[:, None]
     equations = residuals.bank.system.equations
     least = recipe.alarm_samples(rate_hz)
+    first = at_first(size, residuals, recipe.reference_s)
     for row, generator in enumerate(residuals.bank.generators):
         equation = equations[generator.residual]
         known = air & np.isfinite(size[row])
-        at_first = size[row, known & first_known(known, residuals.signals, recipe.reference_s)]
-        if equation.kind is not Kind.EQUALITY or not len(at_first) or known.sum() < least:
+        if equation.kind is not Kind.EQUALITY or np.isnan(first[row]) or known.sum() < least:
             continue
         own = size[row : row + 1, known]
         threshold = (beside[row] + bounds.noise[row])[known]
@@ -229,10 +227,9 @@ def _of_flight(found: Analysis) -> Iterator[tuple[str, str, str | None, float, f
         )
         lasting = (slow - beside)[row, known]
         later = max(later, float(np.nanmax(lasting, initial=0.0)))
-        first = float(np.sqrt(np.mean(at_first**2)))
         hours = float(known.sum()) / rate_hz / 3600
         name = pooled(equation.name)
-        yield name, equation.unit, equation.component, first, later, hours
+        yield name, equation.unit, equation.component, float(first[row]), later, hours
 
 
 def fit_tolerances(strays: Sequence[Stray]) -> tuple[Measured, ...]:
@@ -267,7 +264,6 @@ def _measured(statement: str, strays: Sequence[Stray]) -> Measured:
         rounded(fitted.strays),
         rounded(fitted.weight),
         rounded(fitted.times),
-        rounded(max(one.first for one in strays)),
         rounded(float(np.std(np.log(first[first > 0])))),
         len(families),
         len({one.flight for one in strays}),
@@ -284,7 +280,7 @@ class _Fit:
 
     def tolerance(self, first: float) -> float:
         """Return the tolerance of a flight that strays so far at first."""
-        return self.times * float(_scale(self.strays, self.weight, np.array(first)))
+        return self.times * float(scale_of(self.strays, self.weight, np.array(first)))
 
 
 def _fit(strays: Sequence[Stray]) -> _Fit:
@@ -299,10 +295,10 @@ def _fit(strays: Sequence[Stray]) -> _Fit:
         return _Fit(0.0, HEAVIEST, 0.0)
 
     def mean_ratio(log_weight: float) -> float:
-        return float((weight * later / _scale(usual, float(np.exp(log_weight)), first)).sum())
+        return float((weight * later / scale_of(usual, float(np.exp(log_weight)), first)).sum())
 
     def unlikely(log_weight: float) -> float:
-        scale = _scale(usual, float(np.exp(log_weight)), first)
+        scale = scale_of(usual, float(np.exp(log_weight)), first)
         return float((weight * np.log(scale)).sum() + np.log(max(mean_ratio(log_weight), TINY)))
 
     # of an exponential the likeliest mean is that of the ratios
@@ -313,11 +309,6 @@ def _fit(strays: Sequence[Stray]) -> _Fit:
     )
 
 
-def _scale(usual: float, weight: float, first: Floats) -> Floats:
-    scale: Floats = np.sqrt((weight * usual**2 + first**2) / (weight + 1.0))
-    return scale
-
-
 def _of_families(strays: Sequence[Stray]) -> Floats:
     """Return what each family strays at first, the root of the mean square of its flights."""
     own: dict[str, list[float]] = {}
@@ -326,27 +317,27 @@ def _of_families(strays: Sequence[Stray]) -> Floats:
     return np.array([np.sqrt(np.mean(np.square(values))) for values in own.values()])
 
 
-def pooled(name: str) -> str:
-    """Return the name of a statement for all motors and units alike.
-
-    Examples
-    --------
-    >>> pooled("motor_3_given_more")
-    'motor_#_given_more'
-    """
-    return re.sub(r"\d+", "#", name)
+def document_of(one: Measured) -> dict[str, object]:
+    """Return what the package holds of a statement: what it reads, and what that rests on."""
+    tree = asdict(one)
+    return {name: tree[name] for name in tree if name not in ("statement", "between")}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="How far healthy flights stray, by statement.")
     parser.add_argument("labels", nargs="+")
     parser.add_argument("--recorded", action="store_true", help="recorded flights only")
+    parser.add_argument("--write", action="store_true", help="what is known into the package")
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     labels = [one for path in asked.labels for one in load_labels(path)]
     if asked.recorded:
         labels = [one for one in labels if one.origin == "recorded"]
-    for one in fit_tolerances(strays_of(labels, workers=asked.workers)):
+    measured = fit_tolerances(strays_of(labels, workers=asked.workers))
+    if asked.write:
+        tree = {one.statement: document_of(one) for one in measured if one.is_known and one.times}
+        DATA.write_text(json_text(tree), "utf-8")
+    for one in measured:
         low, high = one.range
         print(
             f"{one.statement:32} {one.tolerance:9.3g} {one.unit:6} of {one.families} families, "

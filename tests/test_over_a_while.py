@@ -85,10 +85,11 @@ def test_a_receiver_in_health_goes_as_fast_as_it_says(path):
 def test_a_position_that_drifts_by_a_metre_a_second_is_seen_and_the_receiver_named(
     path, axis, tmp_path
 ):
+    """24 m in the 20 s over which it is measured: more than healthy receivers stray."""
     start = middle(path)
     text = f"GPS_RAW_INT.{axis}:drift={1.2 / RADIUS}@{start}"
     told = Told(with_fault(path, text, tmp_path), STRAYS)
-    assert start + 1 < told.alarmed[0] < start + 12
+    assert start + 1 < told.alarmed[0] < start + 20
     assert told.accused == ["gps"]
 
 

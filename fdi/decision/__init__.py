@@ -9,6 +9,7 @@ stated tolerances and gaps raise no alarm. ``Residuals`` + ``Policy`` -> ``Alarm
 - ``recipes.py``: what each way to decide takes from a policy
 - ``noise.py``: centre and spread of a residual in the flight's own calm part
 - ``bounds.py``: how far each residual of a flight may stray
+- ``straying.py``: what healthy vehicles of other people stray (``tolerances.json``)
 - ``learned.py``: what healthy flights of one vehicle say about each test
 - ``resampling.py``: other noise of the same kind as a flight's own
 - ``scatter.py``: whether a residual has begun to scatter

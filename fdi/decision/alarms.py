@@ -60,6 +60,8 @@ class Alarms(Shown):
     mean, mean_threshold : (r, n) float
         The trailing mean that shows what is small but lasts, and its threshold, in each residual's
         unit; NaN where it is not judged.
+    stray : (r,) float
+        In each residual's unit, what it may stray at least, whatever less the model states.
     scatter : (r, n) float
         How much a test has scattered over the last seconds, times what it did at first; NaN where
         that is not judged.
@@ -81,9 +83,15 @@ class Alarms(Shown):
     unfit: NDArray[np.bool_]
     mean: NDArray[np.float64]
     mean_threshold: NDArray[np.float64]
+    stray: NDArray[np.float64]
     scatter: NDArray[np.float64]
     scatter_most: float = float("inf")
     scale: float = 1.0
+
+    @property
+    def allowed(self) -> NDArray[np.float64]:
+        """Return how far each residual may stray for as long as it likes, (r, n), in its unit."""
+        return np.maximum(self.residuals.lasting, self.stray[:, None])
 
     def __repr__(self) -> str:
         raised = int(self.alarm.any(axis=1).sum())

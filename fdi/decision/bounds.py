@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fdi.decision.noise import centres, spread_factors, trailing_mean
 from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.decision.scatter import differences, levels
+from fdi.decision.straying import least_tolerances
 from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.model.system import System
@@ -163,6 +164,9 @@ def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
     # what lies on the other side at first is no reference for a test of one side
     centre[side * centre < 0] = 0.0
     off, size = strayed(residuals.values, centre, circular, side)
+    if recipe.usual:
+        stray = np.maximum(stray, least_tolerances(size, residuals, recipe.reference_s))
+    tolerance = np.maximum(tolerance, stray[:, None])
     deviation = np.maximum(size - tolerance, 0.0)
     spread = _swung(residuals, centre)
     block = max(3, round(recipe.block_s * signals.rate_hz))

@@ -57,6 +57,7 @@ def by_rank(recipe: Rank, residuals: Residuals, use: Use) -> Alarms:
         unfit=np.zeros(len(size), bool),
         mean=unknown,
         mean_threshold=unknown,
+        stray=np.zeros(len(size)),
         scatter=unknown,
     )
 

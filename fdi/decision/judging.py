@@ -89,6 +89,7 @@ def judge(
         unfit=told.unfit.copy(),
         mean=mean,
         mean_threshold=mean_threshold,
+        stray=told.stray.copy(),
         scatter=scattered,
         scatter_most=most,
         scale=scale,

@@ -26,7 +26,8 @@ class PredictedSpread:
     """Thresholds from stated accuracies; see ``policies/default.yaml`` for each number.
 
     What a policy leaves out is as there, but for ``scatter_most`` and ``budget_per_hour``: without
-    them scatter is not judged, and thresholds are not scaled.
+    them scatter is not judged, and thresholds are not scaled. ``usual``: whether a test may stray
+    as healthy vehicles were measured to (``straying.py``).
     """
 
     sigmas: float = 5.0
@@ -44,6 +45,7 @@ class PredictedSpread:
     budget_per_hour: float | None = None
     least_scale: float = 1.0
     most_scale: float = 3.0
+    usual: bool = True
     learned: Mapping[str, Learned] = field(default_factory=dict, hash=False)
     method: Literal["predicted_spread"] = "predicted_spread"
 

@@ -65,6 +65,7 @@ class PredictedSpreadEntry(_Entry):
     budget_per_hour: float | None = Field(default=ITS_OWN, ge=0.01, le=100)
     least_scale: float = Field(default=ITS_OWN, ge=0)
     most_scale: float = Field(default=ITS_OWN, ge=1)
+    usual: bool = ITS_OWN
 
 
 class RankEntry(_Entry):

@@ -217,7 +217,7 @@ def judged(
     with np.errstate(divide="ignore", invalid="ignore"):
         fast, slow = size / threshold, mean / bound
     if np.nanmax(np.append(slow, 0.0)) > max(1.0, np.nanmax(np.append(fast, 0.0))):
-        tolerance = residuals.lasting[run.row, span]  # means are of what is beyond it
+        tolerance = alarms.allowed[run.row, span]  # means are of what is beyond it
         return mean + tolerance, bound + tolerance, " on average"
     return size, threshold, ""
 

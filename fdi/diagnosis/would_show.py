@@ -227,7 +227,7 @@ def _to_threshold(row: int, one: float, moved: Moved, sight: Sight) -> float:
     )
     count = max(1, round(alarms.use.mean_s * alarms.residuals.signals.rate_hz))
     single = alarms.threshold[row, sight.span]
-    mean = alarms.mean_threshold[row, sight.span] + alarms.residuals.lasting[row, sight.span]
+    mean = alarms.mean_threshold[row, sight.span] + alarms.allowed[row, sight.span]
     moved_mean = np.abs(trailing_mean(move[None], count, 1)[0])
     return one * min(
         _mostly(_ratio(single + spare, np.abs(move))),
@@ -245,7 +245,8 @@ def _to_limit(row: int, own: float | None, one: float, moved: Moved, sight: Sigh
     """Return what brings a quantity beyond a limit: all that is left to it in the beginning."""
     bank = sight.piece.bank
     equation = bank.system.equations[bank.generators[row].residual]
-    tolerance = sight.alarms.residuals.tolerance[row]
+    alarms = sight.alarms
+    tolerance = max(alarms.residuals.tolerance[row], alarms.stray[row])
     assert isinstance(equation.left, Apply)
     parts = [
         lambda values, part=part: -evaluate(part, values)

@@ -113,7 +113,8 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
     yield f"  suspects: {clean(', '.join(sorted(whom.of(row) - holds)) or 'nobody')}"
     yield f"  judged: {_judged(row, analysis)}"
     yield f"  constant taken off: {alarms.centre[row] * scale:.4g}{unit}"
-    yield f"  tolerance of the statement: {residuals.tolerance[row] * scale:.4g}{unit}"
+    tolerance = max(residuals.tolerance[row], alarms.stray[row]) * scale
+    yield f"  tolerance of the statement: {tolerance:.4g}{unit}"
     unsure = residuals.unsure[row][residuals.unsure[row] > 0]
     if len(unsure):
         allowed = SURE * float(np.median(unsure)) * scale

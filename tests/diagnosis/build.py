@@ -137,6 +137,7 @@ def alarms_of(
         unfit=np.zeros(count, bool),
         mean=np.full(state.shape, np.nan),
         mean_threshold=np.full(state.shape, np.nan),
+        stray=zero,
         scatter=np.full(state.shape, np.nan),
     )
     return replace(made, **changes)

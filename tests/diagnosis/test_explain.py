@@ -164,6 +164,9 @@ def test_a_mean_beyond_a_tolerance_is_told_with_the_tolerance():
     (run,) = find_runs(wide, 0.0, 51.0)
     assert "off by up to 5 m on average" in sentence(run, wide)
     assert "3.5 m is within health" in sentence(run, wide)
+    strays = replace(wide, stray=np.array([7.0]))  # as healthy vehicles were measured to
+    assert "off by up to 9 m on average" in sentence(run, strays)
+    assert "7.5 m is within health" in sentence(run, strays)
 
 
 @pytest.mark.parametrize(("mean", "said"), [(6.0, "6 m on average"), (2.0, "20 m")])
