@@ -214,5 +214,8 @@ def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:
         if flight.landing is not None:
             up &= np.logical_or.accumulate((height > height[-1] + ALOFT_M)[::-1])[::-1]
         rows = np.flatnonzero(up)
-        aloft = (float(t[rows[0]]), float(t[rows[-1]])) if rows.size else None
+        if rows.size:
+            # the records of height begin and end within a flight that does so in the air
+            since = low if flight.takeoff is None else float(t[rows[0]])
+            aloft = since, high if flight.landing is None else float(t[rows[-1]])
     return replace(flight, climbed=climbed, approach=approach, aloft=aloft)
