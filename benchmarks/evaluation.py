@@ -4,9 +4,9 @@
     .venv/bin/python benchmarks/evaluation.py --inject [--moments N] [--write] [--workers N]
 
 Does what ``fdi evaluate`` does on ../shared/flights beside the repository, the closed-loop flights
-and those that people flew among them, and prints its tables: those out of sample first. With
-``--inject`` those of detection against size on a real plane and a real multicopter. With
-``--write`` they go between the markers of docs/evaluation.md, and the pictures into docs/images.
+among them, and prints its tables: those out of sample first. With ``--inject`` those of detection
+against size on a real plane and a real multicopter. With ``--write`` they go between the markers of
+docs/evaluation.md, and the pictures into docs/images.
 """
 
 from __future__ import annotations
@@ -31,14 +31,10 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 LABELS = ROOT.parent / "shared" / "flights" / "labels.json"
 ARCHIVE = LABELS.with_name("closed_loop.tar.xz")
-RECORDED = ("real2", "real3")
-"""Archives of flights that people flew, each unpacked into a folder of its name."""
 PAGE = ROOT / "docs" / "evaluation.md"
 IMAGES = ROOT / "docs" / "images"
 NAME: Final = "closed_loop"
-COMMAND: Final = " ".join(
-    ("fdi evaluate ../shared/flights/labels.json", *(f"{n}/labels.json" for n in (NAME, *RECORDED)))
-)
+COMMAND: Final = f"fdi evaluate ../shared/flights/labels.json {NAME}/labels.json"
 IN_SAMPLE: Final = "By the weights that the package holds"
 """So the tables begin that are not out of sample."""
 MOMENTS: Final = 4
@@ -62,24 +58,20 @@ def closed_loop(folder: Path | None) -> Iterator[Path]:
         return
     with TemporaryDirectory(prefix="fdi-") as place:
         own = Path(place) / NAME
-        for name, into in ((NAME, own), *((name, own / name) for name in RECORDED)):
-            with tarfile.open(ARCHIVE.with_name(f"{name}.tar.xz")) as archive:
-                archive.extractall(into, filter="data")
+        with tarfile.open(ARCHIVE) as archive:
+            archive.extractall(own, filter="data")
         yield own
 
 
 def missing(folder: Path | None) -> str:
     """Return why there is nothing to evaluate, or nothing."""
-    if folder is None:
-        others = [ARCHIVE.with_name(f"{name}.tar.xz") for name in (NAME, *RECORDED)]
-    else:
-        others = [own / LABELS.name for own in (folder, *(folder / name for name in RECORDED))]
-    return ", ".join(f"{path} is not here" for path in (LABELS, *others) if not path.is_file())
+    others = ARCHIVE if folder is None else folder / LABELS.name
+    return ", ".join(f"{path} is not here" for path in (LABELS, others) if not path.is_file())
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of all that analyses the labelled flights."""
-    parser.add_argument("--closed-loop", type=Path, metavar="DIR", help="the archives, unpacked")
+    parser.add_argument("--closed-loop", type=Path, metavar="DIR", help="the archive, unpacked")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
 
 
@@ -92,8 +84,7 @@ def evaluated(
 ) -> Evaluation:
     """Return the scores of all labelled flights, each of which must have an analysis."""
     with closed_loop(folder) as others:
-        folders = (LABELS.parent, others, *(others / name for name in RECORDED))
-        labels = [one for own in folders for one in load_labels(own / LABELS.name)]
+        labels = [one for path in (LABELS, others / LABELS.name) for one in load_labels(path)]
         found = evaluate(labels, methods=methods, bare=bare, workers=workers, progress=progress)
     errors = [f"{one.label.key}: {one.error}" for one in found.scores if one.error]
     if errors:

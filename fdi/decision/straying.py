@@ -18,7 +18,6 @@ from importlib.resources import files
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 from fdi.model.parts import Kind
@@ -104,13 +103,15 @@ def least_tolerances(size: Floats, residuals: Residuals, length_s: float) -> Flo
         The beginning of a flight.
     """
     bank = residuals.bank
-    usual = [_usual_of(bank.system, generator) for generator in bank.generators]
-    rows = np.flatnonzero([one is not None for one in usual])
-    found = np.zeros(len(usual))
-    first: NDArray[np.float64] = np.nan_to_num(at_first(size[rows], residuals, length_s))
-    for row, strays in zip(rows.tolist(), first.tolist(), strict=True):
-        own = usual[row]
-        found[row] = 0.0 if own is None else own.tolerance(strays)
+    rows = {
+        row: own
+        for row, generator in enumerate(bank.generators)
+        if (own := _usual_of(bank.system, generator)) is not None
+    }
+    found = np.zeros(len(bank.generators))
+    first = np.nan_to_num(at_first(size[list(rows)], residuals, length_s))
+    for (row, own), strays in zip(rows.items(), first.tolist(), strict=True):
+        found[row] = own.tolerance(strays)
     return found
 
 

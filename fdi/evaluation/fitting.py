@@ -65,12 +65,6 @@ class Flown:
         return str(self.label.path.with_suffix(""))
 
     @property
-    def owner(self) -> str:
-        """Return whose flight it is: of a recorded one the place it is from, else the recording."""
-        place = self.label.provenance.split()
-        return place[0] if self.label.origin == "recorded" and place else self.recording
-
-    @property
     def components(self) -> frozenset[str]:
         """Return the kinds of components that failed on it, or may be said to have."""
         failed = {fault.component for fault in self.label.faults}

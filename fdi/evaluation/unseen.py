@@ -1,9 +1,8 @@
 """What do the labelled flights score by weights that have not seen them?
 
 In: labelled flights with what their tests did. Out: a score for each, by weights that were fitted
-without its likes. What its likes are is asked four ways (`LEFT_OUT`): the same recording in any
-format; all recordings of the same owner; the flights on which the same kind of component failed;
-those of the same origin.
+without its likes. What its likes are is asked three ways (`LEFT_OUT`): the same recording in any
+format; the flights on which the same kind of component failed; those of the same origin.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from fdi.evaluation.score import Score, score
 
 LEFT_OUT: Final[Mapping[str, Callable[[Flown], frozenset[str]]]] = {
     "recording": lambda one: frozenset({one.recording}),
-    "owner": lambda one: frozenset({one.owner}),
     "component": lambda one: one.components,
     "origin": lambda one: frozenset({one.origin}),
 }

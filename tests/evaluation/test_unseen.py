@@ -18,7 +18,6 @@ GPS = {row(BANK, "GPS.x", f"{other}.x"): [(40, 100)] for other in ("BARO", "RADA
 MOTORS = row(BANK, "MOTOR_1.y", "MOTOR_2.y")
 WAYS = {
     "recording": lambda one: {one.recording},
-    "owner": lambda one: {one.label.provenance.partition(" ")[0]},
     "component": lambda one: {fault.component.partition("_")[0] for fault in one.label.faults},
     "origin": lambda one: {one.origin},
 }
@@ -29,9 +28,7 @@ def alarms(raised, key="a"):
 
 
 def flown(key, raised, origin, *faults):
-    place = f"{origin}/logs {key}"
-    known = "recorded", "diagnosis", faults, frozenset(), None, "", place
-    label = Label(key, Path(key), "quad", *known)
+    label = Label(key, Path(key), "quad", "simulated", "diagnosis", faults, frozenset(), None)
     made = alarms(raised, key)
     return Flown(label, inquire(made), origin, tuple(named(clearable(made))))
 
