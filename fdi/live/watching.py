@@ -101,6 +101,8 @@ class Watching:
     given: Log | None = None
     sink: Sink | None = None
     share: float = SHARE
+    clock: Callable[[], float] = time.process_time
+    """s; what a tick costs is read from it."""
     learned: Learned | None = None
     alarms: Alarms | None = None
     offset: float = 0.0
@@ -146,10 +148,10 @@ class Watching:
         """
         if hearing.boot_s < self._next:
             return []
-        since = time.process_time()
+        since = self.clock()
         learned = self.learned
         lines = self._follow(hearing, learned) if learned else self._learn(hearing, parameters)
-        cost = time.process_time() - since
+        cost = self.clock() - since
         least = LEAST_S if learned else EVERY_S
         # what the link brings faster than in real time is computed as often, of its own clock
         self._next = hearing.boot_s + max(least, cost / self.share if learned else least)

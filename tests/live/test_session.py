@@ -190,6 +190,6 @@ def test_in_a_thread_which_hears_no_signal_it_ends_by_the_seconds(tmp_path: Path
 
     thread = threading.Thread(target=run)
     thread.start()
-    thread.join(5.0)
+    thread.join(60.0)
     assert not thread.is_alive()
     assert not (tmp_path / "kept.tlog").exists()

@@ -1,6 +1,8 @@
 """The bank over a window on a link says what it says over the whole log."""
 
+import re
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,9 @@ REMEMBERS = ("over_60", "still", "bat_5")
 OTHER_MOMENTS = 0.5
 """Deviations, of three that are a trigger: the columns of `heading` are taken once a cycle, whose
 length is the usual one in what is looked at."""
+EVERY_S = 3.0
+"""A tick is taken to cost so much of a core that windows are this far apart, on any machine: how
+much of the fault a window has seen, and with it how sure the first word is, hangs on that."""
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +47,11 @@ def gps_glitch() -> Path:
 def test_a_window_holds_the_residuals_of_the_whole_log(gps_glitch: Path, tmp_path: Path) -> None:
     """To 1e-9, with the bank, lags and grid that the flight's beginning told, but for two kinds."""
     windows, lines = [], []
-    engine = Watching(sink=lambda t, values: windows.append((t, values)), share=0.1)
+    engine = Watching(
+        sink=lambda t, values: windows.append((t, values)),
+        share=1.0,
+        clock=count(step=EVERY_S).__next__,
+    )
     session = Session(record(tmp_path / "kept.tlog"), Hearing(), engine)
     for when, data in moments(gps_glitch, UPTO_S):
         lines += session.take(data, session.began[0] + when)
@@ -62,7 +71,8 @@ def test_a_window_holds_the_residuals_of_the_whole_log(gps_glitch: Path, tmp_pat
         here, there = values[:, inside], whole[:, rows]
         np.testing.assert_allclose(here[exact], there[exact], rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(here[sampled], there[sampled], rtol=0, atol=OTHER_MOMENTS)
-    assert any(line.startswith("ACCUSED: GPS receiver, 99 % sure, from ") for line in lines)
+    accused = [line for line in lines if line.startswith("ACCUSED: ")]
+    assert re.match(r"ACCUSED: GPS receiver, 9\d % sure, from ", accused[0])
     alarms = [line for line in lines if line.startswith("in alarm: ")]
     assert any("GPS receiver shows another" in line for line in alarms)
     assert not any(">" in line or "since boot, told" in line for line in alarms)
