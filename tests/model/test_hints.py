@@ -1,9 +1,11 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fdi.model import load_airframe
-from fdi.model.hints import Hint, recorded_as, setting_of, would_test
+from fdi.model.hints import Hint, _absent, _tested, recorded_as, setting_of, would_test
 from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.placement import place
 from fdi.telemetry import Channel, read
@@ -184,3 +186,21 @@ def test_fields_that_a_message_has_not_are_told_as_its_own():
     assert line.startswith(
         "SYS_STATUS in this log shows no onboard_control_sensors_enabled: 1 test"
     )
+
+
+@settings(max_examples=12, deadline=None)
+@given(data=st.data())
+def test_more_messages_never_test_less(data, flight):
+    """By structure; what asks for the fewest messages goes down from all of them."""
+    airframe = load_airframe("quadcopter")
+    sources = sorted({m.channel.source for m in airframe.measurements if not m.made_by})
+    recorded = [source for source in sources if source in flight]
+    log = without(flight, *data.draw(st.sets(st.sampled_from(recorded), min_size=1, max_size=4)))
+    absent = sorted({m.channel.source for m in _absent(airframe, log)})
+    more = data.draw(st.sets(st.sampled_from(absent), min_size=1))
+    fewer = data.draw(st.sets(st.sampled_from(sorted(more))))
+    with_more, with_fewer = (
+        _tested(airframe.observe(log, also=frozenset(some), repeated=True))
+        for some in (more, fewer)
+    )
+    assert with_fewer <= with_more

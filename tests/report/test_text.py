@@ -146,6 +146,8 @@ def test_two_equal_texts_ten_seconds_apart_are_two_and_one_on_two_links_is_one()
     log = replace(small_log(), _cache={"flights": ()}, reported=tuple(said))
     told = [(one.event.t, one.times, one.last) for one in told_events(log, 10)[0]]
     assert told == [(40.0, 2, 40.4), (50.0, 1, 50.0)]
+    assert "Low battery (2 times, last at 40.4 s)" in page(log)
+    assert page(log).count("times, last at") == 1
 
 
 def test_among_too_many_events_a_text_that_is_repeated_for_minutes_is_told_once() -> None:
