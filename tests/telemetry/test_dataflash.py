@@ -323,3 +323,47 @@ def test_errors_of_the_firmware_are_told_in_words():
     assert told == "battery failsafe: voltage or remaining charge below its limit"
     assert error_words(10, 6) == "flight mode number 6 could not be entered"
     assert error_words(16, 77) == "error of EKF check, code 77"
+
+
+ATT_OF_COPTER_30, GPS_OF_COPTER_30 = 1, 2
+
+
+def told_by_gps(spans, silent=()) -> bytes:
+    """A log of Copter 3.0: attitude at 10 Hz, and a receiver at 1 Hz, whose clock is the only one.
+
+    ``spans``: s for which anything is recorded; in ``silent`` ones the receiver says nothing.
+    """
+    out = [
+        fmt(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        fmt(ATT_OF_COPTER_30, "ATT", "cccccCC", "RollIn,Roll,PitchIn,Pitch,YawIn,Yaw,NavYaw"),
+        fmt(
+            GPS_OF_COPTER_30,
+            "GPS",
+            "BIBcLLeeEe",
+            "Status,Time,NSats,HDop,Lat,Lng,RelAlt,Alt,Spd,GCrs",
+        ),
+    ]
+    for low, high in spans:
+        for tenth in range(10 * low, 10 * high + 1):
+            if tenth % 10 == 0 and not any(a < tenth / 10 < b for a, b in silent):
+                fix = (3, 1_000_000 + 100 * tenth, 8, 150, 470_000_000, 80_000_000, 0, 0, 0, 0)
+                out.append(b"\xa3\x95\x02" + struct.pack("<BIBhiiiiIi", *fix))
+            out.append(b"\xa3\x95\x01" + struct.pack("<hhhhhHH", *[0] * 7))
+    return b"".join(out)
+
+
+def test_a_recorder_that_paused_is_no_receiver_that_fell_silent(load):
+    """Where its clock is the only one: what is not written is nobody's."""
+    paused = load(told_by_gps([(0, 40), (70, 110)]))
+    (gap,) = (q for q in paused.quality if q.kind == "gap")
+    assert gap.end - gap.start == pytest.approx(30.0, abs=0.3)
+    t = paused["ATT"].t
+    assert np.diff(t).max() == pytest.approx(30.0, abs=0.3)
+    assert np.quantile(np.diff(t), 0.99) < 0.4
+
+
+def test_a_receiver_that_falls_silent_while_others_go_on_leaves_no_gap(load):
+    silent = load(told_by_gps([(0, 110)], silent=[(40, 70)]))
+    assert not [q for q in silent.quality if q.kind == "gap"]
+    assert np.diff(silent["ATT"].t).max() < 0.4
+    assert np.diff(silent["GPS"].t).max() == pytest.approx(30.0)

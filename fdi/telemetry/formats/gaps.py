@@ -6,7 +6,7 @@ a sensor's, or sent seldom; most of the regular ones together are the link or th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -24,7 +24,7 @@ _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, no
 def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
     """Yield the times in which most of the regular messages are missing together."""
     gaps: list[tuple[float, float]] = []
-    regular = 0
+    regular: list[tuple[float, float]] = []
     for message in messages.values():
         if len(message) < 5:
             continue
@@ -32,16 +32,17 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         limit = _longest_step(step)
         if limit is None:
             continue
-        regular += 1
+        regular.append((float(message.t[0]), float(message.t[-1])))
         for row in np.flatnonzero(step > limit):
             gaps.append((float(message.t[row]), float(message.t[row + 1])))
     if not gaps:
         return
     edges = np.array(sorted({edge for gap in gaps for edge in gap}))
     middle = (edges[:-1] + edges[1:]) / 2
-    starts, ends = (np.sort([gap[side] for gap in gaps]) for side in (0, 1))
-    silent = np.searchsorted(starts, middle) - np.searchsorted(ends, middle)
-    is_gap = np.concatenate(([False], silent >= _LINK_SHARE * regular, [False])).astype(np.int8)
+    # what has not begun yet, or has ended, is neither silent nor heard
+    silent, of = _under_way(gaps, middle), _under_way(regular, middle)
+    is_silent = (silent >= _LINK_SHARE * of) & (2 * silent >= len(regular))
+    is_gap = np.concatenate(([False], is_silent, [False])).astype(np.int8)
     found = list(
         zip(
             np.flatnonzero(np.diff(is_gap) == 1), np.flatnonzero(np.diff(is_gap) == -1), strict=True
@@ -55,6 +56,12 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         return
     for start, end in spans:
         yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
+
+
+def _under_way(spans: Sequence[tuple[float, float]], t: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return how many of the spans hold each of the times."""
+    starts, ends = (np.sort([span[side] for span in spans]) for side in (0, 1))
+    return np.searchsorted(starts, t) - np.searchsorted(ends, t)
 
 
 def _longest_step(step: NDArray[np.float64]) -> float | None:

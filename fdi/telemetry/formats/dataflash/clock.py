@@ -375,6 +375,7 @@ def _week_track(tables: Tables) -> Track | None:
             t: Floats = np.maximum.accumulate((week - week[0]) / 1e3)
             # records before the first fix: at the pace of those behind it
             start = tables[i].start[known].astype(np.int64)
+            start, t = _with_pauses(start, t)
             pace = (t[-1] - t[0]) / max(int(start[-1] - start[0]), 1)
             first = min(int(one.start[0]) for one in tables)
             last = max(int(one.start[-1]) for one in tables)
@@ -389,6 +390,24 @@ def _week_track(tables: Tables) -> Track | None:
                 start, whole, np.zeros(1, np.int64), np.zeros(1), np.array([np.nan]), (made,)
             )
     return None
+
+
+def _with_pauses(start: Ints, t: Floats) -> tuple[Ints, Floats]:
+    """Return a track of places and times with the pauses of the whole recorder.
+
+    Where less than half of what is usual was written between two points nothing was recorded for
+    the rest of the time: what there is belongs to both ends, at the usual pace. Spread over all of
+    it, it would show a receiver that is silent while the others go on.
+    """
+    took, wrote = np.diff(t), np.diff(start)
+    writing = wrote * np.median(took / np.maximum(wrote, 1))
+    pauses = np.flatnonzero(2 * writing < took)
+    half = writing[pauses] / 2
+    middle = start[pauses] + wrote[pauses] // 2
+    places = np.concatenate([start, middle, middle + 1])
+    times = np.concatenate([t, t[pauses] + half, t[pauses + 1] - half])
+    order = np.lexsort((times, places))
+    return places[order], times[order]
 
 
 def _nominal_track(tables: Tables) -> Track:
