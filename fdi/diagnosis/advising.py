@@ -218,6 +218,8 @@ def _told(entries: Iterable[Entry], words: str, log: Log, when: When = "now") ->
     for entry in entries:
         if entry.on and entry.on != log.autopilot:
             continue
+        if entry.parameter is not None and _lacks(entry.parameter, log):
+            continue
         parameter = None if entry.parameter is None else _setting(entry.parameter, log)
         if parameter is not None and parameter.now == parameter.suggested is not None:
             continue
@@ -225,6 +227,15 @@ def _told(entries: Iterable[Entry], words: str, log: Log, when: When = "now") ->
         do, why = (text.replace("{part}", words) for text in (entry.do, entry.why))
         found.append(Advice(do, why, parameter, source.title, source.address, when))
     return found
+
+
+def _lacks(wish: Wish, log: Log) -> bool:
+    """Return whether this firmware has no such parameter: its group is in the log, it is not."""
+    group = f"{wish.name.partition('_')[0]}_"
+    known = log.parameters
+    if wish.name in known or wish.older in known:
+        return False
+    return any(name.startswith(group) for name in known)
 
 
 def _setting(wish: Wish, log: Log) -> Setting | None:

@@ -165,3 +165,20 @@ def test_a_parameter_that_only_the_vehicle_can_tell_is_shown_as_it_is() -> None:
 def test_an_older_parameter_goes_by_its_older_name() -> None:
     told = about_check(Check("motors", "wrong", ""), log_of(FRAME=1.0))
     assert Setting("FRAME", 1.0) in [one.parameter for one in told]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "is_told"),
+    [
+        ({}, True),
+        ({"LOG_BITMASK": 830.0, "LOG_DISARMED": 0.0}, True),
+        ({"LOG_BITMASK": 830.0}, False),
+    ],
+)
+def test_a_parameter_that_this_firmware_does_not_have_is_not_advised(
+    parameters: dict[str, float], is_told: bool
+) -> None:
+    """Copter 3.1 records its parameters and knows no LOG_DISARMED; nothing told is not known."""
+    told = about_ending(end_of("on_ground"), False, log_of(**parameters))
+    names = [one.parameter.name for one in told if one.parameter]
+    assert names == ["LOG_DISARMED"] * is_told
