@@ -45,7 +45,8 @@ def lacking_words(
             {channel.field.partition(":")[0] for one in group for channel in one.channels}
         )
         count = len(equations)
-        of = f" of the {_listed(parts)}" if parts else ""
+        numbered = bool(parts) and any(map(str.isdigit, parts[0]))  # motor 1, and not "the motor 1"
+        of = f" of {'' if numbered else 'the '}{_listed(parts)}" if parts else ""
         tests = f"{count} test{of} is" if count == 1 else f"{count} tests{of} are"
         yield f"{_absent(sources, fields, parts, log)}: {tests} left out"
 

@@ -158,10 +158,10 @@ def test_messages_that_come_too_seldom_are_told_with_their_rate():
 def test_what_a_log_lacks_is_told_in_messages_and_parts(flight):
     airframe = load_airframe("quadcopter")
     lines = airframe.observe(without(flight, "SCALED_IMU2", "LOCAL_POSITION_NED")).warnings
-    assert (
-        "no second compass in this log (SCALED_IMU2: xmag): 1 test of the compass is left out"
-        in (lines)
-    )
+    second = "no second compass in this log (SCALED_IMU2: xmag)"
+    assert f"{second}: 1 test of the compass is left out" in lines
+    motors = "12 tests of motor 1, motor 2, motor 3 and 1 more are left out"
+    assert f"no ESC_TELEMETRY_1_TO_4 in this log (rpm): {motors}" in lines
     assert "no LOCAL_POSITION_NED in this log (x, y, z): 4 tests are left out" in lines
     names = [name for name in (*airframe.variables, *airframe.parameters) if "_" in name]
     assert not [line for line in lines for name in names if f" {name}" in line]

@@ -8,6 +8,7 @@ whatever the noise is and counts a fault that stands in one part as what it is.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
@@ -95,8 +96,15 @@ def in_percent(share: Interval) -> str:
 
 
 def in_degrees(angle: Interval) -> str:
-    """Return an angle in radians in degrees, with its interval in parentheses where that shows."""
-    return in_words(Interval(*np.degrees(angle)), " degrees")
+    """Return an angle in radians in degrees, with its interval in parentheses where that shows.
+
+    Examples
+    --------
+    >>> in_degrees(Interval(*np.radians([1, 1, 2]))), in_degrees(Interval(*np.radians([2, 2, 2])))
+    ('1 degree (1 to 2 degrees)', '2 degrees')
+    """
+    told = in_words(Interval(*np.degrees(angle)), " degrees")
+    return re.sub(r"^1 degrees", "1 degree", told)
 
 
 def in_words(found: Interval, unit: str, digits: int = 0) -> str:
