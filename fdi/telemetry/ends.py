@@ -3,7 +3,7 @@
 In: flights, events and the messages that show attitude, demand and outputs. Out: a `FlightEnd` per
 flight. Control counts as lost from the beginning of the stretch that lasts to the end of the flight
 and in which the vehicle leans where nobody wants it (further than 60 degrees without a demand for
-it), does not follow the demanded attitude, or falls with all motor outputs at their stop.
+it, or 35 and as far from the demand), or falls with all motor outputs at their stop.
 
 What is not known is not claimed: without a demand in the log only a mode that levels the vehicle
 by itself makes a lean unwanted.
@@ -225,13 +225,14 @@ def _upset(
         return [], None
     roll, pitch = attitude.si("roll")[inside], attitude.si("pitch")[inside]
     tilt = np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0))
-    wanted, apart = _demand(messages, t, roll, pitch)
     modes = flight_state(t, events, flights).mode
     levels = np.array([bool(m) and not any(w in m.upper() for w in _FREE) for m in modes], bool)
+    wanted, apart = _demand(messages, t, roll, pitch, levels)
     with np.errstate(invalid="ignore"):
         unwanted = np.where(np.isfinite(wanted), wanted < TILT - ERROR, levels)
         leans = (tilt > TILT) & unwanted
-        strays = leans | ((apart > ERROR) & levels)
+        # who stays level while a demand goes astray is under control, whosever demand it is
+        strays = leans | ((apart > ERROR) & (tilt > ERROR) & levels)
     shown: list[tuple[float | None, LostBy]] = [
         (_to_the_end(t, leans, high, OUT_S), "lean"),
         (_to_the_end(t, strays, high, APART_S), "demand"),
@@ -242,19 +243,28 @@ def _upset(
 
 
 def _demand(
-    messages: Mapping[str, Message], t: Floats, roll: Floats, pitch: Floats
+    messages: Mapping[str, Message],
+    t: Floats,
+    roll: Floats,
+    pitch: Floats,
+    levels: NDArray[np.bool_],
 ) -> tuple[Floats, Floats]:
-    """Return the demanded tilt and how far the attitude is from the demand, rad, NaN unknown."""
+    """Return the demanded tilt and how far the attitude is from the demand, rad, NaN unknown.
+
+    A demand of exactly nothing is one to be level where the mode levels; else it is none.
+    """
     unknown = np.full(t.size, np.nan)
     demand = messages.get("NAV_CONTROLLER_OUTPUT")
     if demand is None or "nav_roll" not in demand or "nav_pitch" not in demand:
         return unknown, unknown
     nav_roll, nav_pitch = demand.si("nav_roll"), demand.si("nav_pitch")
-    known = np.isfinite(nav_roll) & np.isfinite(nav_pitch) & (abs(nav_roll) + abs(nav_pitch) > 0)
-    if known.sum() < 3:
+    known = np.isfinite(nav_roll) & np.isfinite(nav_pitch)
+    is_set = known & (abs(nav_roll) + abs(nav_pitch) > 0)
+    if is_set.sum() < 3:
         return unknown, unknown
     since = np.searchsorted(demand.t, t, side="right") - 1
-    fresh = (since >= 0) & known[since] & (t - demand.t[since] <= PAUSE_S)
+    fresh = (since >= 0) & (t - demand.t[since] <= PAUSE_S)
+    fresh &= np.where(levels, known[since], is_set[since])
     wanted_roll = np.where(fresh, nav_roll[since], np.nan)
     wanted_pitch = np.where(fresh, nav_pitch[since], np.nan)
     tilt = np.arccos(np.clip(np.cos(wanted_roll) * np.cos(wanted_pitch), -1.0, 1.0))

@@ -21,6 +21,7 @@ from fdi.telemetry.impact import BREAKS, HARD_SPEED, find_impact
 from fdi.telemetry.motion import Motion
 from fdi.telemetry.phases import IDLE, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
+from fdi.units import G0
 
 REST_CLIMB: Final = 0.4  # m/s, the climb rate's noise at rest (measured 0.15) with margin
 REST_M: Final = 0.3  # m: a barometer's scatter
@@ -35,6 +36,8 @@ ALOFT_M: Final = 2.5
 """Above the ground; from here on ArduPilot's filter takes the ground's magnetic interference for
 insignificant (AP_NavEKF3: EKF3_MAG_FINAL_RESET_ALT)."""
 STANDS_MS: Final = 0.6  # m/s over ground: a receiver's velocity at rest, and no run for a take-off
+STILL: Final = 0.05  # rad/s: between who stands (0.01) and who flies (0.1)
+STILL_FORCE: Final = 0.3  # m/s^2 from the weight: an accelerometer's error; rotors shake by more
 
 
 def find_flights(course: Course) -> tuple[Flight, ...]:
@@ -137,7 +140,11 @@ def _flight(
         impact = flight.end if is_last else float(met.t[row])
         flight = replace(flight, impact=impact, impact_speed=speed, end=max(flight.end, impact))
     elif not is_end:
-        flight = replace(flight, landing=_landing(motion, down, min(down + TOUCH_S, until)))
+        landing = _landing(motion, down, min(down + TOUCH_S, until))
+        if disarmed and wings == "none" and since < high < landing:
+            # rotors that are disarmed in the air fall; what does not stood, and is carried away
+            landing = landing if _fell(motion, high, landing) else high
+        flight = replace(flight, landing=landing)
     elif disarmed and met.t.size and met.climb[-1] >= -HARD_SPEED:
         flight = replace(flight, landing=min(down, high))  # the log ends as it has landed
     flight = replace(flight, stood=_stood(motion, phases, first, since))
@@ -179,9 +186,14 @@ def _take_off(motion: Motion, before: float, down: float) -> float:
     if not up.size:
         return before
     with np.errstate(invalid="ignore"):
-        rests = (above[: up[0]] <= REST_M) & ~(part.climb[: up[0]] > REST_CLIMB)
-    rows = np.flatnonzero(rests)
-    return float(part.t[rows[-1]]) if rows.size else before
+        rests = (above <= REST_M) & ~(part.climb > REST_CLIMB)
+        # an estimate that settles climbs by metres, and what is felt stands still
+        still = (part.turns < STILL) & (np.abs(part.force - G0) < STILL_FORCE)
+    rows = np.flatnonzero((rests | still)[: up[0]])
+    if not rows.size:
+        return before
+    moves = np.flatnonzero(~still[rows[-1] + 1 :])
+    return float(part.t[rows[-1] + (moves[0] if moves.size else 0)])
 
 
 def _landing(motion: Motion, down: float, until: float) -> float:
@@ -192,6 +204,12 @@ def _landing(motion: Motion, down: float, until: float) -> float:
         rests = (np.abs(above) <= REST_M) & ~(np.abs(part.climb) > REST_CLIMB)
     rows = np.flatnonzero(rests)
     return float(part.t[rows[0]]) if rows.size else down
+
+
+def _fell(motion: Motion, low: float, high: float) -> bool:
+    """Return whether it sank in that time as nothing does that stands."""
+    with np.errstate(invalid="ignore"):
+        return bool((motion.between(low, high).climb < -HARD_SPEED).any())
 
 
 def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:

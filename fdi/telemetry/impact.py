@@ -49,11 +49,13 @@ SETTLE_S: Final = (1.0, 4.0)  # s after it in which it no longer sinks
 REBOUND_M: Final = 3.0  # m; who climbs higher flies
 NEAR_GROUND_M: Final = 10.0  # m above the place of take-off; elsewhere it must come to rest
 DIVE_SPEED: Final = 4.0  # m/s, faster than a commanded descent of most vehicles
+FASTEST: Final = 100.0  # m/s: beyond the fall of any of them; a height that does is damaged
 DIVE_S: Final = 3.0  # s to the ground (the place of take-off) at that speed
 REST_SPEED: Final = 1.0  # m/s over ground, for a vehicle that need not roll out
 MOVED_M: Final = 1.5  # m: beyond the drift of a barometer
 IDLE_THROTTLE: Final = 0.1  # of full: below any hover or cruise
 QUIET_S: Final = 3.0  # s of rest at the end that show a landing
+SPINS: Final = 10.0  # rad/s: faster than anybody flies, in a spin or a tumble
 
 
 def find_impact(
@@ -99,14 +101,31 @@ def _blow(motion: Motion, ground: float, *, has_wings: bool) -> tuple[int, float
         near = motion.rows(t[row] - WATCH_S, t[row] + WATCH_S)
         if not row or (felt and not np.nanmax(force[near], initial=0.0) > least):
             continue
+        spins_on = _spin(motion, row)
+        if spins_on:
+            continue
         last = _last_undisturbed(motion, row)
         speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
         is_hard = speed > HARD_SPEED and climb[last] < 0
-        is_over = felt and np.nanmax(force[near], initial=0.0) > CRUSH
+        is_over = spins_on is not None or (felt and np.nanmax(force[near], initial=0.0) > CRUSH)
         height = float(motion.height[last])
         if is_hard and (is_over or _stays_down(motion, row, height, ground, highest_later)):
             return last, float(-climb[last] if -climb[last] > HARD_SPEED else speed)
     return None
+
+
+def _spin(motion: Motion, row: int) -> bool | None:
+    """Return whether a spin goes on over what is felt at a row; None where it did not spin.
+
+    An accelerometer 3 cm off the axis feels 5 g at 40 rad/s, and more as it wobbles. Nothing but
+    the ground takes half of a spin within the time of a blow.
+    """
+    t, turns = motion.t, motion.turns
+    before = turns[motion.rows(t[row] - WATCH_S, t[row]).start : row]
+    if not known(before) or np.nanmedian(before) < SPINS:
+        return None
+    after = turns[row : motion.rows(t[row], t[row] + WATCH_S).stop]
+    return bool(np.nanmin(after, initial=np.inf) > np.nanmedian(before) / 2)
 
 
 def _last_undisturbed(motion: Motion, row: int) -> int:
@@ -177,7 +196,7 @@ def _fall_at_end(motion: Motion, *, disarmed: bool) -> tuple[int, float] | None:
     rests = t[-1] - t[row] >= (SETTLE_S[0] if disarmed else QUIET_S)
     if known(settled):
         rests &= bool(np.nanmedian(settled) < REST_SPEED)
-    return (row, speed) if speed > DIVE_SPEED and rests else None
+    return (row, speed) if DIVE_SPEED < speed < FASTEST and rests else None
 
 
 def _is_idle(motion: Motion) -> bool:
@@ -192,6 +211,6 @@ def _dive_at_end(motion: Motion, ground: float) -> tuple[int, float] | None:
     fallen = (motion.height[last][0] - motion.height[-1]) / max(np.ptp(motion.t[last]), 1e-3)
     sink = min(-float(np.median(motion.climb[-3:])), float(fallen))
     left = float(motion.height[-1]) - ground
-    if sink > DIVE_SPEED and left < sink * DIVE_S:
+    if DIVE_SPEED < sink < FASTEST and left < sink * DIVE_S:
         return motion.t.size - 1, sink
     return None

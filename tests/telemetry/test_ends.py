@@ -175,3 +175,21 @@ def test_a_quadcopter_without_a_motor_loses_control_within_a_second(name):
     label = json.loads((SHARED / "labels.json").read_text())["flights"][name]
     (end,) = read(SHARED / name).ends
     assert 0.0 < end.lost_control - label["faults"][0]["onset"] < 1.0
+
+
+def test_who_stays_level_while_a_demand_goes_astray_has_control():
+    """Sticks that are moved on the ground, and set points of a module that does not fly."""
+    assert ends(nav_roll=after(50.0, np.radians(45.0)) + 1e-3).how == "in_air"
+
+
+def test_a_demand_of_nothing_is_one_to_be_level_where_the_mode_levels():
+    """Between 35 and 60 degrees the lean alone tells nothing."""
+    messages = {
+        "ATTITUDE": Made(roll=after(50.0, np.radians(50.0)), pitch=np.zeros_like(T)),
+        "NAV_CONTROLLER_OUTPUT": Made(
+            nav_roll=np.where(T < 40.0, 0.1, 0.0), nav_pitch=np.zeros_like(T)
+        ),
+    }
+    for mode, how in (("STABILIZE", "control_lost"), ("ACRO", "in_air")):
+        (end,) = find_ends(messages, [Event(0.0, "mode", mode)], [UP], has_rotors=True)
+        assert end.how == how

@@ -284,3 +284,35 @@ def test_a_flight_is_one_by_its_barometer_where_the_estimate_has_gone_astray():
     gone = motion(pressed=motion().height, height=motion().height - 2.0 * np.maximum(T - 20, 0))
     ((up, down),) = airborne(made)
     assert airborne(gone) == [pytest.approx((up, down), abs=1.0)]
+
+
+def test_an_estimate_that_settles_as_the_log_begins_is_no_take_off():
+    """It climbs by metres while the rotors turn faster and nothing is felt; then it rises."""
+    height = np.interp(T, [0.0, 4.0, UP, UP + 3, DOWN - 5, DOWN], [-4.0, 0.3, 1.0, 6.0, 6.0, 0.9])
+    flown = motion(
+        height=height,
+        climb=np.gradient(height, T),
+        throttle=np.interp(T, [2.0, 5.0, UP, DOWN, DOWN + 0.1], [0.0, 0.4, 0.5, 0.5, 0.0]),
+        force=np.where(FLIES, 11.0, 9.81),
+    )
+    ((up, _),) = airborne(flown)
+    assert up == pytest.approx(UP, abs=0.5)
+
+
+def test_who_is_carried_away_after_disarming_has_landed_before():
+    """Rotors that are disarmed in the air would fall."""
+    off = DOWN + 1.0
+    height = np.interp(
+        T, [UP, UP + 2, DOWN - 5, DOWN, off + 3, off + 6], [0, 5.0, 5.0, 0.9, 0.9, 0]
+    )
+    moved = motion(
+        height=height,
+        climb=np.gradient(height, T),
+        turns=np.where((T >= UP) & (off + 6 > T), 0.3, 0.005),
+        speed=np.where((T >= UP) & (off + 6 > T), 1.5, 0.1),
+        throttle=np.where((T >= UP) & (off > T), 0.4, np.nan),
+    )
+    made = replace(course(moved, armed=off > T), armed=((0.0, off, True),))
+    (flight,) = find_flights(made)
+    assert flight.landing is not None
+    assert flight.landing <= off
