@@ -18,7 +18,7 @@ import numpy as np
 from fdi.telemetry.course import BEFORE_ARMING_S, FEW, Armed, Course
 from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.impact import BREAKS, HARD_SPEED, find_impact
-from fdi.telemetry.motion import Motion
+from fdi.telemetry.motion import Motion, known
 from fdi.telemetry.phases import IDLE, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
 from fdi.units import G0
@@ -36,6 +36,8 @@ ALOFT_M: Final = 2.5
 """Above the ground; from here on ArduPilot's filter takes the ground's magnetic interference for
 insignificant (AP_NavEKF3: EKF3_MAG_FINAL_RESET_ALT)."""
 STANDS_MS: Final = 0.6  # m/s over ground: a receiver's velocity at rest, and no run for a take-off
+LIFTS: Final = 0.9
+"""Of the throttle in the air: below it rotors give 0.8 to 0.9 of the weight and lift nothing."""
 STILL: Final = 0.05  # rad/s: between who stands (0.01) and who flies (0.1)
 STILL_FORCE: Final = 0.3  # m/s^2 from the weight: an accelerometer's error; rotors shake by more
 
@@ -123,7 +125,7 @@ def _flight(
     begins_in_air, is_end = first == 0, after == t.size
     before = float(t[first - 1]) if first else float(t[0])
     down = float(t[-1] if is_end else t[after])
-    takeoff = None if begins_in_air else _take_off(motion, before, down)
+    takeoff = None if begins_in_air else _take_off(motion, before, down, wings=wings)
     since = before if takeoff is None else takeoff
     low, high, disarmed = _arming(armed, since, down)
     # a log whose records begin in the air knows nothing of the time before
@@ -177,8 +179,10 @@ def _arming(armed: Sequence[Armed], takeoff: float, down: float) -> tuple[float,
     return takeoff, down, False
 
 
-def _take_off(motion: Motion, before: float, down: float) -> float:
+def _take_off(motion: Motion, before: float, down: float, *, wings: Wings) -> float:
     """Return when the height last rests, about the time from which it flies."""
+    flown = motion.throttle[motion.rows(before, down)] if wings == "none" else np.empty(0)
+    lifts = LIFTS * float(np.nanmedian(flown)) if known(flown) else -np.inf
     part = motion.between(before - RUN_S, min(before + RUN_S, down))
     flying = part.t > before
     above = part.height - np.median(part.height[~flying & (part.t >= before - LEVEL_S)])
@@ -187,8 +191,9 @@ def _take_off(motion: Motion, before: float, down: float) -> float:
         return before
     with np.errstate(invalid="ignore"):
         rests = (above <= REST_M) & ~(part.climb > REST_CLIMB)
-        # an estimate that settles climbs by metres, and what is felt stands still
+        # an estimate that settles climbs by metres; nothing is felt, and the rotors carry nothing
         still = (part.turns < STILL) & (np.abs(part.force - G0) < STILL_FORCE)
+        still &= part.throttle < lifts
     rows = np.flatnonzero((rests | still)[: up[0]])
     if not rows.size:
         return before

@@ -292,7 +292,7 @@ def test_an_estimate_that_settles_as_the_log_begins_is_no_take_off():
     flown = motion(
         height=height,
         climb=np.gradient(height, T),
-        throttle=np.interp(T, [2.0, 5.0, UP, DOWN, DOWN + 0.1], [0.0, 0.4, 0.5, 0.5, 0.0]),
+        throttle=np.where(FLIES, 0.5, np.interp(T, [2.0, 5.0, DOWN, DOWN + 0.1], [0, 0.4, 0.4, 0])),
         force=np.where(FLIES, 11.0, 9.81),
     )
     ((up, _),) = airborne(flown)
