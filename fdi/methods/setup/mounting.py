@@ -37,12 +37,15 @@ TURNED: Final = np.radians(45.0)
 FITS: Final = np.radians(22.5)
 _STILL: Final = 0.05  # rad/s
 _WHOLE: Final = 0.2  # share of g by which what is read at rest may differ from g
+OFF: Final = 0.08 * _G
+"""m/s^2: the zero-g offset of an accelerometer that nobody has calibrated (InvenSense MPU-6000)."""
 _FEW: Final = 20
 _EXPLAINS: Final = 0.7
 _LITTLE: Final = 0.2
 _STIRRED: Final = 0.05  # rad/s, on two axes at least
 _SLOWEST_S: Final = 0.25
 _UNITS: Final = (("RAW_IMU", 1), ("SCALED_IMU2", 2), ("SCALED_IMU3", 3))
+_FIRST: Final = "accelerometer 1"
 
 
 def check_mounting(log: Log) -> Iterator[Check]:
@@ -79,6 +82,11 @@ def _upright(name: str, log: Log, force: Series) -> Check:
     if size < _G / 2:
         return Check(name, "not known", f"it reads {size:.1f} m/s2 {where}, which is no weight")
     numbers = {**numbers_of("off_deg", off, float(np.degrees(1))), "force_m_s2": size}
+    weight = next((one[3] for one in told if one[0] == "at rest"), _G)
+    # of the others nobody knows whether they are recorded as calibrated
+    if name == _FIRST and abs(weight - _G) > OFF:
+        words = f"at rest it reads {weight:.2f} m/s2, where its weight is {_G:.2f}"
+        return Check(name, "wrong", words, {**numbers, "force_m_s2": weight}, strikes=True)
     angle = in_degrees(off)
     words = f"{where} what holds the vehicle up points {angle} off its top"
     verdict, strikes = verdict_of(off, fine=FITS, bad=TURNED), bool(off.value > TURNED)

@@ -183,3 +183,14 @@ def test_attitudes_are_those_of_scipy() -> None:
     angles = np.random.default_rng(1).uniform(-3, 3, (50, 3))
     expected = Rotation.from_euler("ZYX", angles[:, ::-1]).as_matrix()
     assert to_earth(*angles.T) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("scale", "verdict"), [(1.0, "in order"), (1.06, "in order"), (0.85, "wrong"), (1.1, "wrong")]
+)
+def test_an_accelerometer_that_reads_another_weight_at_rest_is_wrong(tmp_path, scale, verdict):
+    """Beyond the 80 mg that its maker grants one that nobody has calibrated."""
+    check = checks(tmp_path, accelerometer=scale * np.eye(3))["accelerometer 1"]
+    assert check.verdict == verdict
+    assert ("its weight is 9.81" in check.text) == (verdict == "wrong")
+    assert check.numbers["force_m_s2"] == pytest.approx(9.81 * scale, abs=0.3)
