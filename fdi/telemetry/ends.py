@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -23,7 +23,9 @@ from fdi.telemetry.events import Event, Flight, flight_state
 from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.message import Message
+from fdi.telemetry.motion import by_pressure
 from fdi.telemetry.ordered import Order
+from fdi.telemetry.phases import WASH_M
 
 Floats = NDArray[np.float64]
 LostBy = Literal["lean", "demand", "stop"]
@@ -87,6 +89,8 @@ class FlightEnd:
         motors at their stop (``stop``).
     chain : tuple of Order
         What was ordered last and has been in force since, in the order of time.
+    is_seen : bool
+        Whether the log still shows it; not an impact of a vehicle that falls as the log ends.
     """
 
     flight: int
@@ -97,6 +101,7 @@ class FlightEnd:
     lost_by: LostBy | None = None
     overturned: float | None = None
     chain: tuple[Order, ...] = ()
+    is_seen: bool = True
 
     @property
     def is_bad(self) -> bool:
@@ -146,7 +151,8 @@ def _end(
         if lost is None:
             return FlightEnd(number, "tipped_over", landing, _touch_speed(messages, landing))
     if flight.impact is not None:
-        return FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
+        hit = FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
+        return replace(hit, is_seen=flight.impact < flight.end)
     if lost is not None:
         return FlightEnd(number, "control_lost", high, None, lost, by, over)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):
@@ -175,7 +181,7 @@ def _tips_over(messages: Mapping[str, Message], events: Sequence[Event], landing
 def _touch_speed(messages: Mapping[str, Message], landing: float) -> float | None:
     """Return the fastest descent just before a landing, m/s, that three records in a row bear out.
 
-    None where nothing tells it.
+    None where nothing tells it, or where the air pressure tells otherwise.
     """
     climb = messages.get("VFR_HUD")
     if climb is None or "climb" not in climb:
@@ -184,8 +190,27 @@ def _touch_speed(messages: Mapping[str, Message], landing: float) -> float | Non
     sink = sink[np.isfinite(sink)]
     if sink.size < 3:
         return None
+    pressed = _sinks_by_pressure(messages, landing)
+    if pressed is not None and abs(float(sink.mean()) - pressed) > WASH_M / TOUCH_S:
+        return None
     middle = np.median([sink[:-2], sink[1:-1], sink[2:]], axis=0)
     return float(max(middle.max(), 0.0))
+
+
+def _sinks_by_pressure(messages: Mapping[str, Message], landing: float) -> float | None:
+    """Return the mean descent just before a landing by the air pressure, m/s, None where unknown.
+
+    It may be wrong by what the wash of rotors adds to a height in that time.
+    """
+    air = messages.get("SCALED_PRESSURE")
+    if air is None or "press_abs" not in air:
+        return None
+    near = (air.t >= landing - TOUCH_S) & (air.t <= landing)
+    t, height = air.t[near], by_pressure(air.si("press_abs")[near])
+    t, height = t[np.isfinite(height)], height[np.isfinite(height)]
+    if t.size < 3:
+        return None
+    return -float(np.polyfit(t - t[0], height, 1)[0])
 
 
 def _lost_control(

@@ -96,14 +96,14 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
     throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
     turns, upright = turning(messages, t), _upright(messages, t)
-    pressed = _by_pressure(at_height(_PRESSURES))
+    pressed = by_pressure(at_height(_PRESSURES))
     return Motion(
         t, height, climb, ground_speed, airspeed, turns, upright, throttle, state, force, pressed,
         is_dense,
     )  # fmt: skip
 
 
-def _by_pressure(pressure: Floats) -> Floats:
+def by_pressure(pressure: Floats) -> Floats:
     """Return heights above the first known one, m, by the standard atmosphere (ISO 2533)."""
     pressure = np.where(pressure > _VACUUM, pressure, np.nan)
     first = pressure[np.isfinite(pressure)][:1]

@@ -62,6 +62,8 @@ def test_a_level_flight_ends_as_its_motion_says():
     assert ends(Flight(2.0, 60.0, flew=False)).how == "on_ground"
     blow = ends(Flight(2.0, 60.0, takeoff=3.0, impact=58.0, impact_speed=9.0))
     assert (blow.how, blow.at, blow.speed, blow.lost_control) == ("impact", 58.0, 9.0, None)
+    assert blow.is_seen
+    assert not ends(Flight(2.0, 58.0, takeoff=3.0, impact=58.0, impact_speed=9.0)).is_seen
 
 
 LANDS = Flight(2.0, 60.0, takeoff=3.0, landing=50.0)
@@ -193,3 +195,21 @@ def test_a_demand_of_nothing_is_one_to_be_level_where_the_mode_levels():
     for mode, how in (("STABILIZE", "control_lost"), ("ACRO", "in_air")):
         (end,) = find_ends(messages, [Event(0.0, "mode", mode)], [UP], has_rotors=True)
         assert end.how == how
+
+
+@pytest.mark.parametrize(
+    ("by_pressure", "told"), [(None, 7.0), (7.0, 7.0), (6.0, 7.0), (0.5, None)]
+)
+def test_how_fast_it_came_down_is_told_only_where_the_air_pressure_says_no_other(by_pressure, told):
+    """By more than the wash of rotors makes of it: an estimator may sink by metres as it stands."""
+    sinks = LANDS.landing > T
+    messages = {
+        "ATTITUDE": Made(roll=np.zeros_like(T), pitch=np.zeros_like(T)),
+        "VFR_HUD": Made(climb=np.where(sinks, -7.0, 0.0)),
+    }
+    if by_pressure is not None:
+        height = np.where(sinks, by_pressure * (LANDS.landing - T), 0.0)
+        messages["SCALED_PRESSURE"] = Made(press_abs=101325.0 - 12.0 * height)  # 12 Pa a metre
+    (end,) = find_ends(messages, [Event(0.0, "mode", "LOITER")], [LANDS], has_rotors=True)
+    assert end.how == "landed"
+    assert end.speed == (None if told is None else pytest.approx(told, abs=0.1))

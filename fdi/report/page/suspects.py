@@ -76,7 +76,9 @@ def ending_words(ending: Ending | None) -> str:
     end = ending.end
     if end.how == "impact":
         speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
-        said = f"It hit the ground{speed}, log {at(end.at)} s."
+        what = "hit the ground" if end.is_seen else "fell"
+        when = f"log {at(end.at)} s" if end.is_seen else f"as the log ends, {at(end.at)} s"
+        said = f"It {what}{speed}, {when}."
     elif end.how == "landed" and end.speed is not None and end.speed > HARD_SPEED:
         said = f"It came down at {end.speed:.1f} m/s, harder than a landing, and lies still."
     else:
