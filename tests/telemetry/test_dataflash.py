@@ -325,6 +325,26 @@ def test_errors_of_the_firmware_are_told_in_words():
     assert error_words(16, 77) == "error of EKF check, code 77"
 
 
+def test_floats_in_metres_are_no_hundredths_whatever_a_development_version_says(load):
+    """Copter 3.6-dev; of others, and of integers, what it says holds."""
+
+    def record(number: int, form: str, *values: object) -> bytes:
+        return b"\xa3\x95" + bytes([number]) + struct.pack("<" + form, *values)
+
+    out = [
+        fmt(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        fmt(11, "MULT", "Qbd", "TimeUS,Id,Mult"),
+        fmt(12, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds"),
+        fmt(20, "POS", "Qff", "TimeUS,RelHomeAlt,Other"),
+        record(11, "Qbd", 1, ord("B"), float(np.float32(0.01))),
+        record(12, "QB16s16s", 1, 20, b"smm", b"FBB"),
+    ]
+    out += [record(20, "Qff", 1_000_000 + 100_000 * i, 2.5, 2.5) for i in range(30)]
+    log = load(b"".join(out))
+    np.testing.assert_allclose(log["POS"].si("RelHomeAlt"), 2.5)
+    np.testing.assert_allclose(log["POS"].si("Other"), 0.025)
+
+
 ATT_OF_COPTER_30, GPS_OF_COPTER_30 = 1, 2
 
 

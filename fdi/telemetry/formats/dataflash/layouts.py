@@ -254,11 +254,13 @@ class Units:
         """Return what makes SI of the raw number.
 
         The multiplier does not concern characters with a scale of their own: there it is wrong
-        (1.0 for NTUN.TAsp, whose raw 2200 is 22 m/s).
+        (1.0 for NTUN.TAsp, whose raw 2200 is 22 m/s). Nor some floats (POS.RelHomeAlt, in metres
+        where FMTU says hundredths).
         """
         unit, multiplier = self.characters(one, field)
         scale = _LEGACY.get(field.character)
-        if scale is not None and one.is_scaled:
+        is_whole = field.character in "fd" and f"{numbered(one.name)}.{field.name}" in _whole()
+        if is_whole or (scale is not None and one.is_scaled):
             scale = 1.0
         elif scale is None:
             scale = self.multiplier.get(multiplier, 1.0) if multiplier not in "-?" else 1.0
@@ -271,6 +273,11 @@ class Units:
         """Return the field that numbers instances."""
         marked = (f for f in one.fields if f.dtype == "u1" and self.characters(one, f)[0] == "#")
         return next(marked, None)
+
+
+@lru_cache(maxsize=1)
+def _whole() -> frozenset[str]:
+    return frozenset(data_table("units_dataflash")["whole"])
 
 
 @lru_cache(maxsize=4096)
