@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding, NotTestable, Open, Outlook, RuledOut
+from fdi.diagnosis.ending import went_wrong
 from fdi.diagnosis.worth import worth_of
 from fdi.model.naming import component_words, inside
 from fdi.report.advice_text import first_steps
@@ -342,7 +343,8 @@ def _first(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableTyp
     for ending in analysis.diagnosis.endings:
         if ending.first:
             lines = [f"log {at(one.at)} s  {one.kind}: {one.text}" for one in ending.first]
-            yield from _list("What happened in the last seconds before", lines, most)
+            moment = f"log {at(went_wrong(ending.end))} s"
+            yield from _list(f"What happened in the last seconds before {moment}", lines, most)
 
 
 def _ordered(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableType]:

@@ -213,7 +213,7 @@ def budget(analysis: Analysis) -> str:
     per_hour, scale = analysis.policy.budget_per_hour, analysis.alarms.scale
     if per_hour is None:
         return ""
-    scaled = "" if scale == 1.0 else f" (thresholds times {scale:.2f})"
+    scaled = "" if scale == 1.0 else f" (thresholds are {scale:.2f} times as wide for that)"
     often = "once" if per_hour == 1 else f"{per_hour:g} times"
     return f", noise may alarm {often} an hour at the most{scaled}"
 
