@@ -135,10 +135,14 @@ NO_RATES = dict.fromkeys(
     ),
     "simulated motor controllers say nothing, or that nothing turns",
 )
+NO_SINK_RATE = dict.fromkeys(
+    ("alt_6", "estimator_sinks_otherwise"),
+    "telemetry sends no vertical velocity of the receiver: GPS_RAW_INT has none",
+)
 ANY = NO_RATES | SECOND | THREE | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
-PX4_TLOG = ANY | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
+PX4_TLOG = ANY | NO_SINK_RATE | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
-ARDUPILOT_TLOG = ANY | SAME | STREAM
+ARDUPILOT_TLOG = ANY | NO_SINK_RATE | SAME | STREAM
 ARDUPILOT_BIN = ANY | NOT_LOGGED | ON_BOARD
 CASES = {
     "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
