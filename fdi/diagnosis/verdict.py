@@ -198,8 +198,9 @@ def _end_words(end: FlightEnd) -> str:
         if end.lost_control is not None and end.at - end.lost_control >= 0.1:
             what = "all motors were told to stop" if end.lost_by == "stop" else "control was lost"
             lost = f", {end.at - end.lost_control:.1f} s after {what}"
-        what = "Hit the ground" if end.is_seen else "The recording stops as it falls"
-        return f"{what}{speed} {clock}{lost}"
+        if not end.is_seen:  # no longer than what it replaces, so that the rest has its place
+            return f"Fell{speed} (log {end.at:.1f} s, its end){lost}"
+        return f"Hit the ground{speed} {clock}{lost}"
     if end.lost_control is not None:
         what = (
             "All motors were told to stop in the air"

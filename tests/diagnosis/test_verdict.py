@@ -148,7 +148,7 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
         (FlightEnd(0, "impact", 90.0, None, 89.95), "Hit the ground (log 90.0 s)"),
         (
             FlightEnd(0, "impact", 90.0, 2.94, 88.5, "lean", is_seen=False),
-            "The recording stops as it falls at 2.9 m/s (log 90.0 s), 1.5 s after control was lost",
+            "Fell at 2.9 m/s (log 90.0 s, its end), 1.5 s after control was lost",
         ),
         (
             FlightEnd(0, "control_lost", 90.0, None, 80.0, "demand"),
