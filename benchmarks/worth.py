@@ -3,7 +3,8 @@
     .venv/bin/python benchmarks/worth.py LABELS.json... [--without PATTERN] [--write] [--workers N]
 
 Counts the accusations given at least so much, and the right ones among them, on flights that the
-weights were not fitted to; ``--write`` replaces ``fdi/diagnosis/worth.json``. Recorded flights are
+weights were not fitted to, though tests and tolerances were made with the recorded ones in sight;
+``--write`` replaces ``fdi/diagnosis/worth.json``. Recorded flights are
 those of `real2` and `real3` in ../shared/flights, ``--without 'real2/rfly/*'``: 36 flights of one
 vehicle, all with the same failure, would be half of the figure. Simulated ones need weights fitted
 without their origin: that row is the closed loop's of ``benchmarks/evaluation.py``

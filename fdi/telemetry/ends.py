@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -151,8 +151,8 @@ def _end(
         if lost is None:
             return FlightEnd(number, "tipped_over", landing, _touch_speed(messages, landing))
     if flight.impact is not None:
-        hit = FlightEnd(number, "impact", flight.impact, flight.impact_speed, lost, by, over)
-        return replace(hit, is_seen=flight.impact < flight.end)
+        speed, is_seen = flight.impact_speed, flight.impact < flight.end
+        return FlightEnd(number, "impact", flight.impact, speed, lost, by, over, is_seen=is_seen)
     if lost is not None:
         return FlightEnd(number, "control_lost", high, None, lost, by, over)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):

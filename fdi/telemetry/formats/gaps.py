@@ -39,7 +39,8 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         return
     edges = np.array(sorted({edge for gap in gaps for edge in gap}))
     middle = (edges[:-1] + edges[1:]) / 2
-    # what has not begun yet, or has ended, is neither silent nor heard
+    # what has not begun yet, or has ended, is neither silent nor heard; where few are under way
+    # (headers, a unit that is recorded last) their silence is not the link's
     silent, of = _under_way(gaps, middle), _under_way(regular, middle)
     is_silent = (silent >= _LINK_SHARE * of) & (2 * silent >= len(regular))
     is_gap = np.concatenate(([False], is_silent, [False])).astype(np.int8)
