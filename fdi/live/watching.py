@@ -275,7 +275,7 @@ def _moved(flight: Flight, by: float, end: float) -> Flight:
         end=end,
         takeoff=at(flight.takeoff),
         climbed=at(flight.climbed),
-        aloft=None if flight.aloft is None else (flight.aloft[0] + by, end),
+        aloft=((flight.aloft[0][0] + by, end),) if flight.aloft else (),
         landing=None,
         impact=None,
         approach=None,

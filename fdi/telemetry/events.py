@@ -83,8 +83,8 @@ class Flight(Shown):
         When the vehicle was last that high above the place of landing.
     impact_speed : float or None
         m/s, descent just before the impact.
-    aloft : (float, float) or None
-        From when to when it was clear of the fields of the ground; None: never.
+    aloft : tuple of (float, float)
+        From when to when, each time, it was clear of the fields of the ground.
     stood : (float, float) or None
         From when to when the vehicle stood last before it; None: that is not in the log.
     flew : bool
@@ -99,7 +99,7 @@ class Flight(Shown):
     climbed: float | None = None
     approach: float | None = None
     impact_speed: float | None = None
-    aloft: tuple[float, float] | None = None
+    aloft: tuple[tuple[float, float], ...] = ()
     stood: tuple[float, float] | None = None
     flew: bool = True
 
@@ -180,7 +180,7 @@ def flight_state(t: ArrayLike, events: Sequence[Event], flights: Sequence[Flight
     lift = [(e.t, e.text) for e in events if e.kind == "lift"]
     wings, rotors = (air & _carried(at, lift, by) for by in ("wings", "rotors"))
     standing = _within(at, (flight.stood for flight in flights))
-    aloft = air & _within(at, (flight.aloft for flight in flights))
+    aloft = air & _within(at, (span for flight in flights for span in flight.aloft))
     return FlightState(
         at, armed, air, mode, phase, attitude, height, wings, rotors, standing, aloft
     )

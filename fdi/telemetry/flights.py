@@ -18,10 +18,11 @@ import numpy as np
 from fdi.telemetry.course import BEFORE_ARMING_S, FEW, Armed, Course
 from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.impact import BREAKS, HARD_SPEED, find_impact
-from fdi.telemetry.motion import Motion, known
-from fdi.telemetry.phases import IDLE, Phases, Wings
+from fdi.telemetry.motion import Floats, Motion, known
+from fdi.telemetry.phases import IDLE, WASH_M, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
 from fdi.units import G0
+from fdi.windows import runs_of
 
 REST_CLIMB: Final = 0.4  # m/s, the climb rate's noise at rest (measured 0.15) with margin
 REST_M: Final = 0.3  # m: a barometer's scatter
@@ -222,7 +223,7 @@ def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:
     low, high = flight.airborne
     inside = (motion.t >= low) & (motion.t <= high)
     t, height = motion.t[inside], motion.height[inside]
-    climbed = approach = aloft = None
+    climbed = approach = None
     if flight.takeoff is not None and t.size:
         above = np.flatnonzero(height > ground + CLIMBED_M)
         climbed = float(t[above[0]]) if above.size else high
@@ -230,15 +231,29 @@ def _with_phases(flight: Flight, motion: Motion, ground: float) -> Flight:
         above = np.flatnonzero(height > height[-1] + CLIMBED_M)
         approach = float(t[above[-1]]) if above.size else low
         approach = max(approach, climbed or approach)
-    if t.size:
-        up = np.ones(t.size, np.bool_)
-        if flight.takeoff is not None:
-            up &= np.logical_or.accumulate(height > ground + ALOFT_M)
-        if flight.landing is not None:
-            up &= np.logical_or.accumulate((height > height[-1] + ALOFT_M)[::-1])[::-1]
-        rows = np.flatnonzero(up)
-        if rows.size:
-            # the records of height begin and end within a flight that does so in the air
-            since = low if flight.takeoff is None else float(t[rows[0]])
-            aloft = since, high if flight.landing is None else float(t[rows[-1]])
+    aloft = _aloft(flight, t, height, ground) if t.size else ()
     return replace(flight, climbed=climbed, approach=approach, aloft=aloft)
+
+
+def _aloft(
+    flight: Flight, t: Floats, height: Floats, ground: float
+) -> tuple[tuple[float, float], ...]:
+    """Return from when to when, each time, a flight is clear of the fields of the ground.
+
+    The ground is that of take-off and landing, in a straight line between them where it saw both;
+    who is further below it than air pressure errs flies over other ground.
+    """
+    low, high = flight.airborne
+    first = ground if flight.takeoff is not None else float(height[-1])
+    last = float(height[-1]) if flight.landing is not None else first
+    level = np.interp(t, [t[0], t[-1]], [first, last])
+    up = (height > level + ALOFT_M) | (height < level - WASH_M)
+    if flight.takeoff is None and flight.landing is None:
+        up[:] = True  # no ground was seen
+    spans = [(float(t[begin]), float(t[end - 1])) for begin, end in runs_of(up)]
+    # the records of height begin and end within a flight that does so in the air
+    if spans and up[0] and flight.takeoff is None:
+        spans[0] = (low, spans[0][1])
+    if spans and up[-1] and flight.landing is None:
+        spans[-1] = (spans[-1][0], high)
+    return tuple(spans)

@@ -240,20 +240,30 @@ def test_a_flight_whose_records_begin_in_the_air_begins_with_them():
     (flight,) = find_flights(Course(begun, phases, ((0.0, 60.0, False),), True, "none"))
     assert flight.airborne == pytest.approx((20.0, DOWN), abs=0.5)
     assert flight.takeoff is None
-    assert flight.aloft == pytest.approx((20.0, DOWN - 2.5), abs=0.2)
+    assert flight.aloft == (pytest.approx((20.0, DOWN - 2.5), abs=0.2),)
 
 
 def test_it_is_aloft_while_more_than_two_metres_and_a_half_above_the_ground():
     (flight,) = find_flights(course(motion()))
-    assert flight.aloft == pytest.approx((UP + 1.0, DOWN - 2.5), abs=0.2)
+    assert flight.aloft == (pytest.approx((UP + 1.0, DOWN - 2.5), abs=0.2),)
     aloft = flight_state(T, (), (flight,)).aloft
-    assert T[aloft][[0, -1]].tolist() == list(flight.aloft)
+    assert T[aloft][[0, -1]].tolist() == list(flight.aloft[0])
+
+
+def test_who_comes_down_to_a_metre_is_not_aloft_there():
+    height = np.interp(T, [UP, UP + 2, 20, 22, 34, 36, DOWN - 5, DOWN], [0, 5, 5, 1, 1, 5, 5, 0.0])
+    (flight,) = find_flights(course(motion(height=height, climb=np.gradient(height, T))))
+    first, second = flight.aloft
+    assert first == pytest.approx((UP + 1.0, 21.2), abs=0.2)
+    assert second == pytest.approx((34.8, DOWN - 2.5), abs=0.2)
+    aloft = flight_state(T, (), (flight,)).aloft
+    assert not aloft[(T > 22) & (T < 34)].any()
 
 
 def test_who_hovers_at_two_metres_is_never_aloft():
     height = np.where(FLIES, 2.0, 0.0)
     (flight,) = find_flights(course(motion(height=height, climb=np.gradient(height, T))))
-    assert flight.aloft is None
+    assert flight.aloft == ()
     state = flight_state(T, (), (flight,))
     assert state.airborne.any()
     assert not state.aloft.any()
