@@ -1,30 +1,20 @@
-"""Where a recording stops in flight: was power there, and what else may have stopped it?
+"""Where a recording stops in flight, or the autopilot: was power there, and what else may it be?
 
-In: a log. Out: one `Fact`, or none. Power is told by the voltages of
-the last seconds against those before; what a recorder of this kind stops for is told as what it may
-be, and no more.
+In: a log. Out: one `Fact`, or none. Power is told by the voltages of the last seconds against those
+before; what a recorder of this kind stops for is told as what it may be, and no more.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
-
-import numpy as np
 
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
+from fdi.telemetry.supply import LAST_S, Supply, supplies
 
-LAST_S: Final = 3.0
-"""In which a voltage tells of the end: batteries are reported once a second, or twice."""
-BEFORE_S: Final = 30.0
-KEPT: Final = 0.9
-"""Of its voltage half a minute before, that a pack under load keeps at least: one that is run down
-loses a tenth in minutes."""
-BOARD_V: Final = 4.5
-"""Brown-out margin of 5 V autopilots (models/shared/health.yaml)."""
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
-_CELLS: Final = (("SYS_STATUS", "voltage_battery", "battery"), ("POWER_STATUS", "Vcc", "board"))
 _KINDS: Final = {
     "tlog": "a telemetry log stops as well when the link is lost or the ground station stops",
     "dataflash": "a log on board stops as well when its recorder is stopped",
@@ -34,16 +24,12 @@ _KINDS: Final = {
 
 def recording_end(log: Log) -> tuple[Fact, ...]:
     """Return what is known of why the recording stops; nothing where the flight ends otherwise."""
+    if any(end.how == "restarted" for end in log.ends[-1:]):
+        return (Fact(ENDING, _restart(log)),)
     if not any(end.how in _OPEN for end in log.ends[-1:]):
         return ()
     stop = log.span[1]
-    told = [one for one in (_voltage(log, stop, *cell) for cell in _CELLS) if one is not None]
-    if not told:
-        power = "no voltage in the log tells whether power was there"
-    else:
-        has_power = all(kept for kept, _ in told)
-        listed = " and ".join(words for _, words in told)
-        power = f"power was {'there' if has_power else 'going'} at its last records ({listed})"
+    power = _power(supplies(log.messages, stop))
     other = _KINDS.get(log.format, "")
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:
@@ -52,16 +38,22 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     return (Fact(ENDING, f"{text}; {other}" if other else text),)
 
 
-def _voltage(log: Log, stop: float, key: str, field: str, name: str) -> tuple[bool, str] | None:
-    """Return whether a voltage was kept to the end, and what it was; None where it is not told."""
-    message = log.messages.get(key)
-    if message is None or field not in message or not message.has_known(field):
-        return None
-    t, value = message.t, message.si(field)
-    late = value[(t > stop - LAST_S) & np.isfinite(value)]
-    early = value[(t <= stop - LAST_S) & (t > stop - BEFORE_S) & np.isfinite(value)]
-    if not late.size or not early.size:
-        return None
-    before, last = float(np.median(early)), float(late[-1])
-    kept = last >= KEPT * before and (name != "board" or last >= BOARD_V)
-    return kept, f"{name} {last:.1f} V" + ("" if kept else f" after {before:.1f} V")
+def _power(told: Sequence[Supply]) -> str:
+    """Return what the last voltages say."""
+    if not told:
+        return "no voltage in the log tells whether power was there"
+    state = "there" if all(one.kept for one in told) else "going"
+    return f"power was {state} at its last records ({' and '.join(one.words() for one in told)})"
+
+
+def _restart(log: Log) -> str:
+    """Return from when to when an autopilot gave nothing, and what is known of its supply."""
+    end, anew = log.ends[-1], log.flights[-1].restart
+    told = supplies(log.messages, end.at)
+    after = " and ".join(f"{s.name} {s.after:.1f} V" for s in told if s.after is not None)
+    return (
+        f"the autopilot gave nothing from log {end.at:.1f} to {anew:.1f} s, and then its clock "
+        f"began anew: {_power(told)}"
+        + (f", and {after} at the first ones after" if after else "")
+        + "; what became of the vehicle the log does not show"
+    )

@@ -201,6 +201,8 @@ def _end_words(end: FlightEnd) -> str:
         if not end.is_seen:  # no longer than what it replaces, so that the rest has its place
             return f"Fell{speed} (log {end.at:.1f} s, its end){lost}"
         return f"Hit the ground{speed} {clock}{lost}"
+    if end.how == "restarted":
+        return f"The autopilot started anew in the air {clock}"
     if end.lost_control is not None:
         what = (
             "All motors were told to stop in the air"

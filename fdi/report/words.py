@@ -110,6 +110,8 @@ def flown(flights: Sequence[Flight]) -> str:
     ('2 flights', '1 flight; the recording stops in flight')
     >>> flown([Flight(0, 60, impact=59, impact_speed=9.0)])
     '1 flight, which ends with an impact at 9.0 m/s (log 59.0 s)'
+    >>> flown([Flight(0, 60, restart=59)])
+    '1 flight, which ends with a restart of the autopilot (log 59.0 s)'
     >>> flown([]), flown([Flight(0, 60, flew=False)])
     ('no flight', 'no flight, armed only')
     """
@@ -124,6 +126,8 @@ def flown(flights: Sequence[Flight]) -> str:
         return f"{count}, {which} ends with an impact{speed} (log {at(last.impact)} s)"
     if last.landing is not None:
         return count
+    if last.restart is not None:
+        return f"{count}, {which} ends with a restart of the autopilot (log {at(last.restart)} s)"
     return f"{count}; the recording stops in {'flight' if len(made) == 1 else 'the last of them'}"
 
 

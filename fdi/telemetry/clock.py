@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.shown import Shown
-from fdi.telemetry.quality import Kind, QualityRecord
+from fdi.telemetry.quality import ANEW, Kind, QualityRecord
 from fdi.telemetry.thrown import STEP_S, Thrown, put_back
 
 Floats = NDArray[np.float64]
@@ -34,6 +34,7 @@ Ints = NDArray[np.int64]
 
 SPIKE_S: Final = 1.0  # a stamp this far from the median of its neighbours is wrong
 REBOOT_S: Final = 1.0  # boot time stepping back by more (formats.md 1.3)
+_FEW_OF_A_BOOT: Final = 3  # records; a damaged one or two are none
 PAUSE_S: Final = 3600.0  # a longer one lies between two recordings, or is none
 SHORT_PAUSE_S: Final = 60.0  # what is left of it
 _ENVELOPE: Final = 50  # records on either side that decide whether a delay is there to stay
@@ -156,6 +157,27 @@ def in_order(created: Floats) -> Floats:
     return ahead if np.all(ahead - created <= STEP_S) else created
 
 
+def last_boot(boot_ms: Ints, last: int) -> Ints:
+    """Return which records behind the trusted message's last one are of another boot.
+
+    A vehicle that started anew may say little until the log ends, and none of that message.
+
+    Parameters
+    ----------
+    boot_ms : (m,) int
+        What the records say, ms since boot, in file order.
+    last : int
+        The trusted message's last record among them.
+    """
+    of_this = np.flatnonzero(boot_ms[last:] >= boot_ms[last] - REBOOT_S * 1e3)
+    first = last + 1 + int(of_this[-1])
+    told = boot_ms[first:]
+    ascends = told.size >= _FEW_OF_A_BOOT and bool(np.all(np.diff(told) >= 0))
+    # a clock that stands still is none
+    starts_anew = ascends and told[-1] > told[0]
+    return np.arange(first, boot_ms.size) if starts_anew else np.empty(0, np.int64)
+
+
 def _offset_of(offset: Floats, boot: Ints, rows: Ints) -> Floats:
     """Return the offset of the boot that records belong to."""
     return offset if offset.size == 1 else offset[boot[rows]]  # one boot: no need to look
@@ -209,9 +231,7 @@ def timeline(stamp_us: NDArray[np.uint64], rows: Ints, boot_ms: Ints, main: Ints
         late -= np.rint(late / _MS_WRAP) * _MS_WRAP
     restarts = boots[1:]
     found = [
-        told_as_one(
-            [_finding("reboot", float(arrival[i]), 1, "the vehicle started anew") for i in restarts]
-        ),
+        told_as_one([_finding("reboot", float(arrival[i]), 1, ANEW) for i in restarts]),
         told_as_one([_finding("clock_jump", float(arrival[i]), 1, _LEAPT) for i in leaps]),
         told_thrown(thrown, arrival[at], "times since boot"),
     ]

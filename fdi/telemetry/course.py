@@ -41,6 +41,8 @@ class Course:
         Whether the log tells when it is armed.
     wings : str
         As in `find_phases`.
+    restarts : tuple of float
+        When the autopilot started anew, s.
     """
 
     motion: Motion
@@ -48,6 +50,7 @@ class Course:
     armed: tuple[Armed, ...]
     is_told: bool
     wings: Wings
+    restarts: tuple[float, ...] = ()
 
 
 def find_course(
@@ -65,7 +68,7 @@ def find_course(
     ----------
     messages : Mapping[str, Message]
     events : sequence of Event
-        Arming and disarming.
+        Arming, disarming and reboots.
     span : (float, float)
         First and last time of the vehicle's own messages, s.
     wings : str
@@ -86,18 +89,23 @@ def find_course(
     if motion.t.size >= FEW:
         on = when_armed(motion, armed)
         phases = find_phases(motion, on, wings=wings) if may_fly else never_up(motion)
-    return Course(motion, phases, armed, is_told, wings)
+    restarts = tuple(e.t for e in events if e.kind == "reboot")
+    return Course(motion, phases, armed, is_told, wings, restarts)
 
 
 def _armed(events: Sequence[Event], span: tuple[float, float]) -> Iterator[Armed]:
-    """Yield the armed times, and whether each ends by disarming; the whole log without any."""
-    arming = [e for e in events if e.kind in ("arm", "disarm")]
-    since = span[0] if not arming or arming[0].kind == "disarm" else None
-    for event in arming:
+    """Yield the armed times, and whether each ends by disarming; the whole log without any.
+
+    What starts anew is not armed any more, and nobody disarmed it.
+    """
+    arming = [e for e in events if e.kind in ("arm", "disarm", "reboot")]
+    told = [e.kind for e in arming if e.kind != "reboot"]
+    since = span[0] if not told or told[0] == "disarm" else None
+    for event in arming if told else ():
         if event.kind == "arm":
             since = event.t if since is None else since
         elif since is not None:
-            yield since, event.t, True
+            yield since, event.t, event.kind == "disarm"
             since = None
     if since is not None:
         yield since, max(span[1], since), False

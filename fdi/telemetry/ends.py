@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from fdi.telemetry.events import Event, Flight, flight_state
 from fdi.telemetry.impact import OVER_S
 from fdi.telemetry.meaning.motors import MOTORS
+from fdi.telemetry.meaning.restarts import last_heard
 from fdi.telemetry.message import Message
 from fdi.telemetry.motion import by_pressure
 from fdi.telemetry.ordered import Order
@@ -29,7 +30,16 @@ from fdi.telemetry.phases import WASH_M
 
 Floats = NDArray[np.float64]
 LostBy = Literal["lean", "demand", "stop"]
-How = Literal["landed", "impact", "in_air", "control_lost", "failsafe", "on_ground", "tipped_over"]
+How = Literal[
+    "landed",
+    "impact",
+    "restarted",
+    "in_air",
+    "control_lost",
+    "failsafe",
+    "on_ground",
+    "tipped_over",
+]
 
 TILT: Final = np.radians(60.0)
 """No autopilot demands more of a vehicle that it levels: ANGLE_MAX is 30 to 45 degrees, LIM_ROLL_CD
@@ -57,7 +67,7 @@ TIPPING_S: Final = 5.0
 """After the ground is touched, in which a vehicle that tips over does so, with turning rotors."""
 STILLED_S: Final = 1.0
 """After disarming, which a heartbeat tells once a second: who turns it over then is a person."""
-BAD: Final = ("impact", "control_lost", "tipped_over")
+BAD: Final = ("impact", "restarted", "control_lost", "tipped_over")
 """Ends of which something went wrong."""
 
 _FREE: Final = ("ACRO", "FLIP", "SPORT", "MANUAL", "STUNT", "TRAINING", "THROW", "RATTITUDE")
@@ -75,7 +85,8 @@ class FlightEnd:
     how : str
         ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``tipped_over`` (as it
         touched the ground), ``failsafe`` (landed or in the air, after the autopilot reported one),
-        ``in_air`` (the log ends), ``on_ground`` (never left it).
+        ``in_air`` (the log ends), ``restarted`` (there, as the autopilot started anew),
+        ``on_ground`` (never left it).
     at : float
         s of the log's clock.
     speed : float or None
@@ -153,6 +164,9 @@ def _end(
     if flight.impact is not None:
         speed, is_seen = flight.impact_speed, flight.impact < flight.end
         return FlightEnd(number, "impact", flight.impact, speed, lost, by, over, is_seen=is_seen)
+    if flight.restart is not None:
+        heard = last_heard(messages.values(), flight.restart)
+        return FlightEnd(number, "restarted", heard, None, lost, by, over)
     if lost is not None:
         return FlightEnd(number, "control_lost", high, None, lost, by, over)
     if any(is_failsafe(e) and low <= e.t <= high for e in events):

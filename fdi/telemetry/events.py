@@ -87,6 +87,8 @@ class Flight(Shown):
         From when to when, each time, it was clear of the fields of the ground.
     stood : (float, float) or None
         From when to when the vehicle stood last before it; None: that is not in the log.
+    restart : float or None
+        When an autopilot that started anew in the air was heard again.
     flew : bool
         False: armed, and never left the ground.
     """
@@ -101,6 +103,7 @@ class Flight(Shown):
     impact_speed: float | None = None
     aloft: tuple[tuple[float, float], ...] = ()
     stood: tuple[float, float] | None = None
+    restart: float | None = None
     flew: bool = True
 
     @property

@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fdi.telemetry.course import BEFORE_ARMING_S, FEW, Armed, Course
 from fdi.telemetry.events import Event, Flight
@@ -23,6 +24,8 @@ from fdi.telemetry.phases import IDLE, WASH_M, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
 from fdi.units import G0
 from fdi.windows import runs_of
+
+Ints = NDArray[np.int64]
 
 REST_CLIMB: Final = 0.4  # m/s, the climb rate's noise at rest (measured 0.15) with margin
 REST_M: Final = 0.3  # m: a barometer's scatter
@@ -49,14 +52,15 @@ def find_flights(course: Course) -> tuple[Flight, ...]:
     Arming without leaving the ground is a flight only where nothing in the log flew (``flew``
     false).
     """
-    motion, phases, armed = course.motion, course.phases, course.armed
+    phases, armed = course.phases, course.armed
     stood = tuple(Flight(low, high, flew=False) for low, high, _ in armed if course.is_told)
     if phases is None:
         return stood
-    spans = list(_spans(phases))
+    anew = np.searchsorted(phases.t, course.restarts)
+    spans = list(_spans(phases, anew))
     next_ones = [first for first, _ in [*spans, (phases.t.size, 0)][1:]]
     found = tuple(
-        _flight(motion, phases, stretch, next_one, armed, wings=course.wings)
+        _flight(course, phases, stretch, next_one)
         for stretch, next_one in zip(spans, next_ones, strict=True)
     )
     return _apart(_before_wreck(found, armed)) or stood
@@ -100,39 +104,40 @@ def flight_events(flights: Sequence[Flight]) -> list[Event]:
     return made
 
 
-def _spans(phases: Phases) -> Iterator[tuple[int, int]]:
-    """Yield the first row of every stretch in the air, and that after its last."""
-    edges = np.flatnonzero(np.diff(phases.in_air, prepend=False, append=False))
-    starts, ends = edges[::2], edges[1::2]
-    if not starts.size:
-        return
-    apart = phases.t[starts[1:]] - phases.t[ends[:-1] - 1] > TOUCH_S
-    firsts, afters = starts[np.append(True, apart)], ends[np.append(apart, True)]
-    yield from zip(firsts.tolist(), afters.tolist(), strict=True)
+def _spans(phases: Phases, anew: Ints) -> Iterator[tuple[int, int]]:
+    """Yield the first row of every stretch in the air, and that after its last.
+
+    ``anew``: the rows with which an autopilot starts anew, where one ends and another may begin.
+    """
+    bounds = np.unique([0, *anew, phases.t.size])
+    for low, high in pairwise(bounds.tolist()):
+        edges = low + np.flatnonzero(np.diff(phases.in_air[low:high], prepend=False, append=False))
+        starts, ends = edges[::2], edges[1::2]
+        if not starts.size:
+            continue
+        apart = phases.t[starts[1:]] - phases.t[ends[:-1] - 1] > TOUCH_S
+        firsts, afters = starts[np.append(True, apart)], ends[np.append(apart, True)]
+        yield from zip(firsts.tolist(), afters.tolist(), strict=True)
 
 
-def _flight(
-    motion: Motion,
-    phases: Phases,
-    stretch: tuple[int, int],
-    next_one: int,
-    armed: Sequence[Armed],
-    *,
-    wings: Wings,
-) -> Flight:
+def _flight(course: Course, phases: Phases, stretch: tuple[int, int], next_one: int) -> Flight:
     """Return the flight of a stretch in the air; ``next_one`` is the first row of the next."""
+    motion, armed, wings = course.motion, course.armed, course.wings
     first, after = stretch
     t = phases.t
-    begins_in_air, is_end = first == 0, after == t.size
-    before = float(t[first - 1]) if first else float(t[0])
-    down = float(t[-1] if is_end else t[after])
+    anew = np.searchsorted(t, course.restarts)
+    restart = next((s for s, row in zip(course.restarts, anew, strict=True) if row == after), None)
+    begins_in_air = first == 0 or first in anew
+    is_end = after == t.size or restart is not None
+    before = float(t[first] if begins_in_air else t[first - 1])
+    down = float(t[after - 1] if is_end else t[after])
     takeoff = None if begins_in_air else _take_off(motion, before, down, wings=wings)
     since = before if takeoff is None else takeoff
     low, high, disarmed = _arming(armed, since, down)
     # a log whose records begin in the air knows nothing of the time before
     flight = Flight(since if begins_in_air else min(low, since), max(high, down), takeoff)
     ground = float(phases.ground[max(first - 1, 0)])
-    until = float(t[-1] if next_one == t.size else t[next_one])
+    until = down if is_end else float(t[-1] if next_one == t.size else t[next_one])
     met = motion.between(since, min(max(down + AFTER_S, high), until))
     blow = find_impact(
         met, ground, disarmed=disarmed, is_end=is_end, has_wings=wings != "none"
@@ -148,6 +153,8 @@ def _flight(
             # rotors that are disarmed in the air fall; what does not stood, and is carried away
             landing = landing if _fell(motion, high, landing) else high
         flight = replace(flight, landing=landing)
+    elif restart is not None:
+        flight = replace(flight, restart=restart, end=restart)
     elif disarmed and met.t.size and met.climb[-1] >= -HARD_SPEED:
         flight = replace(flight, landing=min(down, high))  # the log ends as it has landed
     flight = replace(flight, stood=_stood(motion, phases, first, since))

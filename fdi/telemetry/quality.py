@@ -6,7 +6,7 @@ Damage in a log is no exception: it is a `QualityRecord`, and the rest of the lo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from fdi.shown import Shown
 
@@ -24,6 +24,9 @@ Kind = Literal[
     "joined",
     "left_out",
 ]
+
+ANEW: Final = "the vehicle started anew"
+"""What a reboot is called, among the findings and the events."""
 
 
 @dataclass(frozen=True, slots=True)

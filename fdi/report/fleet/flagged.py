@@ -12,11 +12,13 @@ from typing import Any, Final
 from fdi.report.words import per_cent
 
 ENDS: Final = (
-    "impact", "control_lost", "tipped_over", "failsafe", "in_air", "landed", "on_ground"
+    "impact", "restarted", "control_lost", "tipped_over", "failsafe", "in_air", "landed",
+    "on_ground",
 )  # fmt: skip
 """How a flight may end, the worst first."""
 BADLY: Final = {
     "impact": "hit the ground",
+    "restarted": "the autopilot started anew in the air",
     "failsafe": "ended in a failsafe",
     "tipped_over": "tipped over as it touched the ground",
 }

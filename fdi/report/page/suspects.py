@@ -34,6 +34,7 @@ NOTHING: Final = "nothing that the tests show speaks against it"
 _SAYS: Final = ("alarm", "event", "trigger", "command")
 _HOW: Final = {
     "landed": "It landed.",
+    "restarted": "The autopilot started anew in the air; what became of the vehicle is not known.",
     "in_air": "The recording stops in flight.",
     "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",

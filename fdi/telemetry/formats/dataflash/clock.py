@@ -5,9 +5,9 @@ In: the tables of a log. Out: for each table the times of its records, and the l
 ``TimeUS`` (``TimeMS`` before 2015, ``T`` in their GPS) counts from the start of the vehicle and is
 the log's own clock: a record has that time, less the first one's. The table with it that is spread
 widest over the file, of several the most frequent, is the track: it tells where in the file the
-vehicle started anew: later starts follow each other without a pause (1 ms). Where it leaps by more
-than an hour, a minute is left of it; a run of its records that was thrown far off is put back.
-Records without a time of their own, and those whose time is damaged, have the time of their place
+vehicle started anew, which was no earlier than its last record before. Where it leaps by more than
+an hour, a minute is left of it; a run of its records that was thrown far off is put back. Records
+without a time of their own, and those whose time is damaged, have the time of their place
 in the file, between the records around them. Damaged is a time off the track by more than 2 s;
 beyond its ends by more than 10 minutes from both neighbours, or behind its end by more than 2 s
 where a later record says that it was earlier.
@@ -30,13 +30,14 @@ from fdi.telemetry.clock import (
     PAUSE_S,
     SHORT_PAUSE_S,
     Clock,
+    last_boot,
     pause_text,
     told_as_one,
     told_thrown,
 )
 from fdi.telemetry.formats.dataflash.layouts import Field, Layout
 from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
-from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.quality import ANEW, QualityRecord
 from fdi.telemetry.thrown import put_back
 
 Floats = NDArray[np.float64]
@@ -47,7 +48,7 @@ _REBOOT_US: Final = 1_000_000  # time stepping back by more, and staying back
 _SPIKE_US: Final = 1_000_000  # a record of the track this far from the median of five is damaged
 _SLACK_S: Final = 2.0  # records of one moment are written this far apart at most
 _FAR_S: Final = 600.0
-_APART_S: Final = 1e-3  # between two starts
+_APART_S: Final = 1e-3  # between two starts, at least
 _PARTS: Final = 64  # of a file, to tell what is written all along
 _NOMINAL_S: Final = 0.1  # Copter 3.0 wrote attitude and throttle in its 10 Hz loop
 _MOST_POINTS: Final = 1 << 16  # of the track
@@ -74,6 +75,8 @@ class Track:
     offset : (k,) float, s
         t = seconds since boot + offset; NaN where these are not known.
     quality : tuple of QualityRecord
+    restarts : tuple of float, s
+        When the vehicle started anew.
     """
 
     start: Ints
@@ -82,6 +85,7 @@ class Track:
     began: Floats
     offset: Floats
     quality: tuple[QualityRecord, ...] = ()
+    restarts: tuple[float, ...] = ()
 
     @property
     def has_pause(self) -> bool:
@@ -171,6 +175,8 @@ def _boot_track(tables: Tables, main: Table) -> Track:
     place, whole = _versions(tables, main)
     rare = slice(None, None, -(-whole.size // _MOST_POINTS))
     us, start = whole[rare], place[rare].astype(np.int64)
+    late = _last_boot(tables, int(us[-1]), int(start[-1]))
+    us, start = np.append(us, late[0]), np.append(start, late[1])
     steps = np.diff(us)
     if us.min() < 0 or (steps.size and steps.min() < 0) or np.any(steps > _FAR_S * 1e6):
         good = (us >= 0) & ~_spikes(us)
@@ -195,7 +201,11 @@ def _boot_track(tables: Tables, main: Table) -> Track:
         first = int(us[0])  # what the first record says is damaged
     offset = np.empty(boots.size)
     offset[0] = -first / 1e6
-    apart = [_APART_S if i in restarts else SHORT_PAUSE_S for i in rows]
+    apart = [
+        # since it started anew at least the time has gone that its clock tells
+        max(low / 1e6, _APART_S) if i in restarts and low <= PAUSE_S * 1e6 else SHORT_PAUSE_S
+        for i, low in zip(rows, lowest[1:].tolist(), strict=True)
+    ]
     for k in range(1, boots.size):
         offset[k] = highest[k - 1] / 1e6 + offset[k - 1] + apart[k - 1] - lowest[k] / 1e6
     t = us / 1e6 + offset[np.searchsorted(boots, start, side="right") - 1]
@@ -206,7 +216,22 @@ def _boot_track(tables: Tables, main: Table) -> Track:
     quality = _told(rows, restarts, steps / 1e6, began[1:]) + told_thrown(
         thrown, t[-us.size :], "times of the records that tell the time"
     )
-    return Track(start, t, boots, began, offset, tuple(quality))
+    anew = tuple(at for i, at in zip(rows, began[1:].tolist(), strict=True) if i in restarts)
+    return Track(start, t, boots, began, offset, tuple(quality), anew)
+
+
+def _last_boot(tables: Tables, last: int, place: int) -> tuple[NDArray[np.int64], Ints]:
+    """Return what records behind the track's last one tell of another boot, us, and their places.
+
+    A vehicle that started anew may write little until the log ends, and none of that table.
+    """
+    late = [table.start > place for table in tables]
+    told = np.concatenate([said(table)[rows] for table, rows in zip(tables, late, strict=True)])
+    places = np.concatenate([t.start[rows] for t, rows in zip(tables, late, strict=True)])
+    order = np.argsort(places, kind="stable")
+    told, places = told[order], places[order].astype(np.int64)
+    found = last_boot(np.append(last, told) // 1000, 0) - 1
+    return told[found], places[found]
 
 
 def _beyond(tables: Tables, track: Track) -> tuple[Ints, Floats]:
@@ -228,7 +253,7 @@ def _told(rows: list[int], restarts: set[int], steps: Floats, began: Floats) -> 
     starts, pauses = [], []
     for i, at in zip(rows, began.tolist(), strict=True):
         if i in restarts:
-            starts.append(QualityRecord("reboot", None, at, at, 1, "the vehicle started anew"))
+            starts.append(QualityRecord("reboot", None, at, at, 1, ANEW))
         else:
             text = pause_text(float(steps[i]))
             pauses.append(QualityRecord("clock_jump", None, at, at, 1, text))

@@ -34,9 +34,9 @@ from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
 from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.wording import greeting
 from fdi.telemetry.log import Log, Source
-from fdi.telemetry.meaning import as_mavlink, with_motors, with_outputs
+from fdi.telemetry.meaning import as_mavlink, with_motors, with_outputs, with_restarts
 from fdi.telemetry.message import Column, Floats, Message
-from fdi.telemetry.quality import Kind, QualityRecord
+from fdi.telemetry.quality import ANEW, Kind, QualityRecord
 from fdi.units import Conversion
 
 _APART_S: Final = 1e-6
@@ -99,7 +99,9 @@ def make_log(
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, "ardupilot", vehicle)
     messages = with_motors(messages, values, "ardupilot", vehicle)
-    events = [*texts, *log_events(timed, vehicle, name), *named]
+    anew = [Event(t, "reboot", ANEW) for t in track.restarts]
+    messages = with_restarts(messages, anew)
+    events = [*texts, *log_events(timed, vehicle, name), *named, *anew]
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))
     quality = [*(_told(f, track) for f in findings), *track.quality]

@@ -26,7 +26,7 @@ from fdi.telemetry.formats.bounds import (
 from fdi.telemetry.formats.tlog.columns import Payloads
 from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text, greeting
 from fdi.telemetry.log import ParameterChange
-from fdi.telemetry.quality import QualityRecord
+from fdi.telemetry.quality import ANEW, QualityRecord
 
 Own = Mapping[int, Payloads]
 
@@ -66,7 +66,10 @@ def log_events(own: Own, line: Timeline, autopilot: str, vehicle: str) -> list[E
         if is_failsafe[text]:
             events.append(Event(t, "failsafe", text, severity))
     for first in line.restarts:
-        events.append(Event(float(line.created[first]), "reboot", "the vehicle started anew"))
+        # others' records, which a timeline counts among those of a boot, are no word of it
+        heard = (sent.rows[np.searchsorted(sent.rows, first) :][:1] for sent in own.values())
+        row = min((int(rows[0]) for rows in heard if rows.size), default=first)
+        events.append(Event(float(line.created[row]), "reboot", ANEW))
     return sorted(events, key=lambda e: (e.t, e.kind))
 
 

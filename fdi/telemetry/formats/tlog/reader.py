@@ -61,7 +61,13 @@ from fdi.telemetry.formats.tlog.vehicle import (
     sources,
 )
 from fdi.telemetry.log import Log
-from fdi.telemetry.meaning import as_ardupilot, with_link, with_motors, with_outputs
+from fdi.telemetry.meaning import (
+    as_ardupilot,
+    with_link,
+    with_motors,
+    with_outputs,
+    with_restarts,
+)
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.quality import QualityRecord
 
@@ -152,7 +158,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
         *told_too_much(own, beyond),
         *duplicate_record(messages),
     ]
-    messages = with_link(messages)
+    messages = with_restarts(with_link(messages), events)
     if vehicle.autopilot == "px4":
         messages = as_ardupilot(messages, vehicle.vehicle)
     messages = with_outputs(messages, values, vehicle.autopilot, vehicle.vehicle)

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.clock import Timeline, in_order, likely_times, timeline
+from fdi.telemetry.clock import Timeline, in_order, last_boot, likely_times, timeline
 from fdi.telemetry.formats.tlog.columns import Payloads
 
 Ints = NDArray[np.int64]
@@ -36,8 +36,8 @@ def vehicle_timeline(stamp_us: NDArray[np.uint64], own: Mapping[int, Payloads]) 
         none = np.empty(0, np.int64)
         return timeline(stamp_us, none, none, none)
     rows, boot_ms = _boot_times(stamp_us.size, timed)
-    main = timed[int(np.argmax(passes))]
-    return timeline(stamp_us, rows, boot_ms, np.searchsorted(rows, main.rows))
+    main = np.searchsorted(rows, timed[int(np.argmax(passes))].rows)
+    return timeline(stamp_us, rows, boot_ms, np.append(main, last_boot(boot_ms, int(main[-1]))))
 
 
 def _boot_times(count: int, timed: list[Payloads]) -> tuple[Ints, Ints]:

@@ -1,0 +1,76 @@
+"""For how long did an autopilot that started anew give nothing, and was it powered as it ceased?
+
+In: messages and events. Out: the message ``RESTART``, only where the log holds a reboot. Its fields
+say how long it gave nothing, s, by what is known of the supply at its last record: ``powered``
+(board and battery held), ``board`` (its voltage fell), ``battery`` (its voltage fell, and not the
+board's), ``unknown`` (nothing tells the board's). 0 while it runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from fdi.telemetry.events import Event
+from fdi.telemetry.message import Column, Floats, Message
+from fdi.telemetry.supply import Supply, supplies
+from fdi.units import Conversion
+
+RESTART: Final = "RESTART"
+_CAUSES: Final = ("powered", "board", "battery", "unknown")
+_STEP_S: Final = 0.1
+_MOST_S: Final = 60.0  # of a silence that is told: nobody flies on so long
+_MOST: Final = 36_000  # records beside the silences, however long the log
+
+
+def last_heard(messages: Iterable[Message], restart: float) -> float:
+    """Return when the vehicle's last record before it started anew was made, s."""
+    own = (m.t[: int(np.searchsorted(m.t, restart))] for m in messages if m.made_from is None)
+    return max((float(t[-1]) for t in own if t.size), default=restart)
+
+
+def cause_of(told: tuple[Supply, ...]) -> str:
+    """Return what is known of the supply as an autopilot ceased, one of the fields."""
+    fallen = [one.name for one in told if not one.kept]
+    if "board" in fallen:
+        return "board"
+    if fallen:
+        return "battery"
+    return "powered" if any(one.name == "board" for one in told) else "unknown"
+
+
+def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> dict[str, Message]:
+    """Return the messages, by key, with ``RESTART`` where an event is a reboot."""
+    anew = [event.t for event in events if event.kind == "reboot"]
+    heard = [m.t for m in messages.values() if m.made_from is None and len(m)]
+    if not anew or not heard:
+        return dict(messages)
+    first, last = min(float(t[0]) for t in heard), max(float(t[-1]) for t in heard)
+    count = min(round((last - first) / _STEP_S) + 1, _MOST)
+    t = [np.linspace(first, last, count)]
+    silent: dict[str, list[tuple[float, float]]] = {cause: [] for cause in _CAUSES}
+    for restart in anew:
+        since = last_heard(messages.values(), restart)
+        cause = cause_of(supplies(messages, since))
+        until = min(restart, since + _MOST_S)
+        t.append(np.arange(since, until, _STEP_S))
+        silent[cause].append((since, until))
+    at = np.unique(np.concatenate(t))
+    columns = {
+        cause: Column(partial(_lasts, at, spans), Conversion("s"), is_discrete=True)
+        for cause, spans in silent.items()
+    }
+    busiest = max(messages, key=lambda key: len(messages[key]))
+    made = Message(RESTART, None, at, at, np.arange(at.size), columns, made_from=busiest)
+    return dict(sorted({**messages, RESTART: made}.items()))
+
+
+def _lasts(t: Floats, spans: list[tuple[float, float]]) -> Floats:
+    """Return how long the silence lasts in which each time lies, s, else 0."""
+    found = np.zeros(t.size)
+    for low, high in spans:
+        found[(t >= low) & (t < high)] = high - low
+    return found
