@@ -324,7 +324,8 @@ def _moment(finding: Finding, signals: Signals) -> tuple[str, str, str]:
         start = flight.start if flight.takeoff is None else flight.takeoff
         which = f" {finding.flight + 1}" if len(flights) > 1 else ""
         if t >= start:
-            when = f"{_time(t - start)} into flight{which} (log {t:.1f} s)"
+            least = "at least " if flight.takeoff is None else ""  # the log begins in the air
+            when = f"{least}{_time(t - start)} into flight{which} (log {t:.1f} s)"
     place = int(np.clip(np.searchsorted(signals.t, t), 0, max(len(signals.t) - 1, 0)))
     height = mode = ""
     if not on_ground and signals.height is not None and np.isfinite(signals.height[place]):

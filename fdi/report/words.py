@@ -77,9 +77,8 @@ def into_flight(t: float, log: Log, number: int | None = None) -> str:
     if t < start:
         return f"{span(start - t)} before {since}"
     which = f" {log.flights.index(flight) + 1}" if len(log.flights) > 1 else ""
-    return (
-        f"{span(t - start)} into flight{which}" if which else f"{span(t - start)} into the flight"
-    )
+    least = "" if flight.takeoff is not None else "at least "  # the log begins in the air
+    return f"{least}{span(t - start)} into " + (f"flight{which}" if which else "the flight")
 
 
 def _flight(t: float, flights: Sequence[Flight], number: int | None) -> Flight | None:

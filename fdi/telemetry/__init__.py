@@ -25,6 +25,7 @@ sensors.py    sensors that the autopilot stops using
 course.py     `Course`: motion, arming and phases of a log
 motion.py     how the vehicle moves, at the times of its height
 phases.py     on the ground or in the air, with how sure that is
+supply.py     whether power was there at a moment, by the voltages
 stretches.py  `Stretch`: what the vehicle did, for a person
 impact.py     whether a flight ends with a blow
 inputs/       `Input`: which commands, demands, states are believed

@@ -234,14 +234,14 @@ def test_a_height_is_that_of_the_onset(onset, height):
     assert _moment(found, signals)[1] == f", at {height} m"
 
 
-def test_a_time_in_flight_is_from_its_take_off_and_of_several_its_number_is_told():
+def test_a_time_in_flight_is_from_its_take_off_if_the_log_holds_it():
     signals = alarms_of(BANK, {}).residuals.signals
     two = (Flight(0, 30, takeoff=5.0), Flight(40, 100, takeoff=None))
     signals = replace(signals, flights=two)
     for onset, flight, said in (
         (25.0, 0, "20.0 s into flight 1 (log 25.0 s)"),
         (3.0, 0, "3.0 s into the log"),
-        (45.0, 1, "5.0 s into flight 2 (log 45.0 s)"),
+        (45.0, 1, "at least 5.0 s into flight 2 (log 45.0 s)"),
     ):
         assert _moment(SimpleNamespace(onset=onset, flight=flight), signals)[0] == said
     one = replace(signals, flights=two[:1])

@@ -109,7 +109,7 @@ SECOND = Flight(200, 300)
         (-0.4, (FIRST,), "0.4 s before the first record"),
         (25, (Flight(10, 100, flew=False),), "25.0 s into the log"),
         (25, (FIRST, SECOND), "5.0 s into flight 1"),
-        (205, (FIRST, SECOND), "5.0 s into flight 2"),
+        (205, (FIRST, SECOND), "at least 5.0 s into flight 2"),
     ],
 )
 def test_a_moment_is_told_from_the_take_off_of_its_flight(t, flights, told):

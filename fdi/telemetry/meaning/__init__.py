@@ -2,6 +2,7 @@
 
 messages.py  what another format says, in MAVLink's words
 values.py    what a source says at the records of another message
+restarts.py  for how long an autopilot that started anew gave nothing
 silence.py   what MAVLink sends of a sensor that says nothing
 sources.py   how the table of correspondences is written
 outputs.py   which surface every output of a plane drives
