@@ -17,6 +17,7 @@ from fdi.decision import load_policy
 from fdi.diagnosis import Diagnosis, diagnose, stood_out, with_facts
 from fdi.diagnosis.advising import advised
 from fdi.diagnosis.recording_end import recording_end
+from fdi.diagnosis.set_in_flight import orders_by_parameter
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import EstimatorHealth, estimator_health
 from fdi.methods.estimator.columns import ESTIMATOR
@@ -132,7 +133,11 @@ def analyze(
         noticed = _estimator(chain)
     with watch.stage("setup", 0.95):
         checks = _setup(log)
-        facts = (*stood_out(checks, alarms, diagnosis), *recording_end(log))
+        facts = (
+            *stood_out(checks, alarms, diagnosis),
+            *recording_end(log),
+            *orders_by_parameter(alarms),
+        )
     told = (
         *_choice(log, system),
         *_fit(log, chain.airframe, chosen=model == "auto"),

@@ -19,7 +19,9 @@ from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Ending, First, FirstKind
 from fdi.telemetry import Event
+from fdi.telemetry.counters import steers
 from fdi.telemetry.ends import FlightEnd
+from fdi.telemetry.ordered import parameter_words
 from fdi.windows import runs_of
 
 BEFORE_S: Final = 10.0
@@ -54,7 +56,7 @@ def led_to(end: FlightEnd, flight: int, over: float | None) -> bool:
 
 def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     moment = went_wrong(end)
-    found = [*_events(alarms.residuals.signals.events, moment), *_tests(moment, alarms, whom)]
+    found = [*_events(alarms.residuals.signals.events, moment), *left_health(moment, alarms, whom)]
     if end.lost_by == "stop":
         found.append(First(moment, "command", "all motors are told to stop"))
     told: dict[str, First] = {}
@@ -76,6 +78,9 @@ def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
             yield First(event.t, "command", f"{event.kind}ed")
         elif event.kind == "command":
             yield First(event.t, "command", event.text)
+        elif event.kind == "parameter" and steers(event.text):
+            by = f", by {event.by}" if event.by else ""
+            yield First(event.t, "command", f"{parameter_words(event)}{by}")
         elif event.kind == "failsafe" or (
             event.kind in ("text", "sensor")
             and event.severity is not None
@@ -84,8 +89,8 @@ def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
             yield First(event.t, "event", event.text)
 
 
-def _tests(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First]:
-    """Yield the tests that were beyond their threshold, from when on, with what that means."""
+def left_health(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First]:
+    """Yield the tests beyond their threshold in the last seconds, since when, what that means."""
     bank = alarms.residuals.bank
     t = alarms.residuals.t
     near = (t >= moment - BEFORE_S) & (t <= moment)

@@ -27,7 +27,7 @@ from fdi.residuals.departed import departed
 from fdi.residuals.latency import Lag
 from fdi.result import Analysis
 from fdi.telemetry import Log, hardware_of
-from fdi.telemetry.ordered import order_words
+from fdi.telemetry.ordered import order_words, set_in_flight
 
 SCHEMA_VERSION: Final = 1
 # Reading (pymavlink's dialect, numba's walks), models, equations, the Earth's field, the tables.
@@ -73,6 +73,16 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         ],
         "structure": _structure(analysis),
         **_told(analysis),
+        "parameter_changes": [
+            {
+                "at": moment(event.t, analysis.log),
+                "name": event.text,
+                "old": number(event.before),
+                "new": number(event.value),
+                "by": event.by,
+            }
+            for event in set_in_flight(analysis.log.events, analysis.log.flights)
+        ],
         "stood_out": [
             {"about": fact.about, "text": fact.text, "is_wrong": fact.is_wrong}
             for fact in analysis.stood_out

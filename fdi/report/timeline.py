@@ -1,18 +1,21 @@
 """Which of a log's events does a person want to read?
 
-In: a log. Out: its events without the changes of parameters, of which a download alone brings
-hundreds, without the texts that already stand there as a failsafe or an impact, and once what is
-repeated within a second: one message on several links, a mode that flickers. Where these are too
-many, a text that is repeated for minutes is told once as well, with how often and when last; where
-even these are too many, plain texts go first: the last thing that happened is seldom the least.
+In: a log. Out: its events without the changes of parameters on the ground, of which a download
+alone brings hundreds, and of those that steer nothing; without the texts that already stand there
+as a failsafe or an impact, and once what is repeated within a second: one message on several links,
+a mode that flickers. Where these are too many, a text that is repeated for minutes is told once as
+well, with how often and when last; where even these are too many, plain texts go first: the last
+thing that happened is seldom the least.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 from fdi.report.words import at
 from fdi.telemetry import Event, Log
+from fdi.telemetry.ordered import parameter_words, set_in_flight
 
 REPEAT_S: Final = 60.0
 """Where there are too many events, a text that comes again within this time is a repetition:
@@ -67,10 +70,11 @@ def _rank(event: Event) -> int:
 
 def _worth(log: Log) -> list[Event]:
     known = {(event.t, event.text) for event in log.events if event.kind not in ("text", "mode")}
+    in_flight = set_in_flight(log.events, log.flights)
     return [
-        event
+        replace(event, text=parameter_words(event)) if event.kind == "parameter" else event
         for event in log.events
-        if event.kind != "parameter"
+        if not (event.kind == "parameter" and event not in in_flight)
         and not (event.kind == "text" and (event.t, event.text) in known)
     ]
 

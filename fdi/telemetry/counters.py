@@ -1,4 +1,4 @@
-"""Which parameters of a vehicle does nobody set, because the autopilot counts in them?
+"""Which parameters does nobody set, because the autopilot counts in them, and which steer nothing?
 
 In: a parameter's name. Out: whether it is one of them. They change with every flight and while one
 is recorded, so a list of what was set otherwise is without them.
@@ -16,6 +16,27 @@ import re
 from typing import Final
 
 _COUNTER: Final = re.compile(r"STAT_[A-Z0-9_]+|LND_FLIGHT_T_(HI|LO)|COM_FLIGHT_UUID", re.ASCII)
+
+
+_ASIDE: Final = re.compile(
+    r"(BARO\d*|GND)_(GND|ABS)_(PRESS|TEMP)|GND_TEMP|(SR|MAV_?)\d_\w+|SYS_NUM_RESETS|MIS_TOTAL"
+    r"|FENCE_TOTAL|RALLY_TOTAL",
+    re.ASCII,
+)
+"""The pressure of the ground, how often a stream is sent, how many points are stored."""
+
+
+def steers(parameter: str) -> bool:
+    """Return whether a parameter may change how a vehicle flies.
+
+    Examples
+    --------
+    >>> steers("ATC_RAT_RLL_P"), steers("SERVO1_FUNCTION"), steers("COMPASS_OFS_X")
+    (True, True, True)
+    >>> steers("STAT_RUNTIME"), steers("BARO1_GND_PRESS"), steers("SR0_EXTRA1")
+    (False, False, False)
+    """
+    return not is_counter(parameter) and _ASIDE.fullmatch(parameter) is None
 
 
 def is_counter(parameter: str) -> bool:

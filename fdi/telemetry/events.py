@@ -56,7 +56,10 @@ class Event(Shown):
     value : float or None
         The parameter's new value, the speed of an impact in m/s.
     by : str
-        Who ordered a mode, arming or disarming, or gave a command; "" where the log does not say.
+        Who ordered a mode, arming or disarming, gave a command, or set a parameter; "" where the
+        log does not say.
+    before : float or None
+        The parameter's value until then.
     """
 
     t: float
@@ -65,6 +68,7 @@ class Event(Shown):
     severity: int | None = None
     value: float | None = None
     by: str = ""
+    before: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

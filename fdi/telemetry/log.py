@@ -82,6 +82,10 @@ class ParameterChange(NamedTuple):
     old: float
     new: float
 
+    def event(self) -> Event:
+        """Return the change as something that happened."""
+        return Event(self.t, "parameter", self.name, None, self.new, before=self.old)
+
 
 @dataclass(frozen=True, slots=True)
 class Source:

@@ -18,10 +18,11 @@ import numpy as np
 
 from fdi.shown import Shown
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.counters import steers
 from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.message import Message
 
-What = Literal["mode", "failsafe", "command", "disarm"]
+What = Literal["mode", "failsafe", "command", "parameter", "disarm"]
 
 CAUSE_S: Final = 3.0
 """Before a mode, in which what made the autopilot choose it is reported: messages of 1 Hz and
@@ -85,7 +86,8 @@ def chain_of(
         if begins or not any(word in by for word in _AUTOMATIC):
             break
     kept = orders[: MOST // 2]  # the latest first
-    others = sorted(_others(own, max(since, flight.airborne[0]) - CAUSE_S), key=lambda one: one.t)
+    low = flight.airborne[0]
+    others = sorted(_others(own, max(since, low) - CAUSE_S, low), key=lambda one: one.t)
     # what is reported within a tenth of a second is the reason, whichever record came first
     return tuple(
         sorted(
@@ -110,6 +112,30 @@ def order_words(order: Order) -> str:
     return order.said if order.what == "failsafe" else f"{order.said}; the log does not say by whom"
 
 
+def set_in_flight(events: Sequence[Event], flights: Sequence[Flight]) -> list[Event]:
+    """Return the parameters set in the air that may change how it flies, in the order of time."""
+    spans = [flight.airborne for flight in flights if flight.flew]
+    return [
+        event
+        for event in events
+        if event.kind == "parameter"
+        and steers(event.text)
+        and any(low <= event.t <= high for low, high in spans)
+    ]
+
+
+def parameter_words(event: Event) -> str:
+    """Return a changed parameter as a person reads it.
+
+    Examples
+    --------
+    >>> parameter_words(Event(3.0, "parameter", "ATC_RAT_RLL_P", value=1.5, before=0.135))
+    'ATC_RAT_RLL_P set from 0.135 to 1.5'
+    """
+    old = "" if event.before is None else f" from {event.before:.6g}"
+    return f"{event.text} set{old} to {event.value:.6g}"
+
+
 def _name(mode: Event | None) -> str:
     return "" if mode is None else mode.text
 
@@ -119,11 +145,16 @@ def _changes(modes: Sequence[Event]) -> list[Event]:
     return [one for row, one in enumerate(modes) if not row or modes[row - 1].text != one.text]
 
 
-def _others(events: Sequence[Event], since: float) -> Iterator[Order]:
-    """Yield the failsafes, commands and disarming from a moment on, each once."""
+def _others(events: Sequence[Event], since: float, low: float) -> Iterator[Order]:
+    """Yield the failsafes, commands and disarming from a moment on, each once.
+
+    And what was set since ``low``, when it left the ground: no mode takes that back.
+    """
     armed = max((e.t for e in events if e.kind == "arm"), default=-np.inf)
     seen = set()
     for event in events:
+        if event.kind == "parameter" and event.t >= low and steers(event.text):
+            yield Order(event.t, "parameter", parameter_words(event), event.by)
         if event.t < since or event.text in seen:
             continue
         if event.kind == "failsafe" and _ACTS.search(event.text):

@@ -270,7 +270,7 @@ def test_every_component_stands_in_one_list(raised, unknown):
 
 def test_verdict_names_who_failed_first_since_when_and_what_followed():
     found = answer({**{place: [(40, 100)] for place in GPS}, SKY: [(70, 100)]})
-    head = "Gps failed first (93 % sure), 40.0 s into flight (log 40.0 s): it "
+    head = "Gps failed first (93 % sure), at least 40.0 s into flight (log 40.0 s): it "
     assert found.verdict.startswith(head)
     assert found.verdict.endswith(f"Then: {found.findings[1].component}.")
     assert f"{found.findings[0].confidence * 100:.0f}" == "93"
@@ -283,7 +283,7 @@ def test_verdict_names_who_cannot_be_told_apart():
     assert found.findings[0].confidence < 0.5
     assert found.verdict == (
         "Sun or star probably failed first (88 % sure that it was one of them, the data do not "
-        "tell which), 40.0 s into flight (log 40.0 s): sun shows another y than the star."
+        "tell which), at least 40.0 s into flight (log 40.0 s): sun shows another y than the star."
     )
 
 

@@ -329,7 +329,7 @@ def test_modes_become_bands_that_end_with_the_next() -> None:
 def test_marks_hold_take_off_impact_and_the_onset(analysis: Analysis) -> None:
     found = {mark["kind"]: mark["at"] for mark in marks(analysis)}
     assert (found["takeoff"], found["impact"], found["onset"]) == (10.0, 85.0, 40.0)
-    assert "parameter" not in found
+    assert found["parameter"] == 12.0  # in flight
 
 
 def test_the_mark_of_finding_1_says_which_it_is_though_another_onset_is_earlier(

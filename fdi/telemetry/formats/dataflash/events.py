@@ -182,7 +182,7 @@ def parameters(
             changes.append(ParameterChange(t, name, old, value))
         first.setdefault(name, value)
         now[name] = value
-    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
+    events = [change.event() for change in changes]
     return dict(sorted(first.items())), tuple(changes), events, beyond
 
 

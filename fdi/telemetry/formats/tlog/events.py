@@ -33,6 +33,7 @@ Own = Mapping[int, Payloads]
 _HEARTBEAT: Final = 0
 _SET_MODE: Final = 11
 _PARAM_VALUE: Final = 22
+_PARAM_SET: Final = 23
 _COMMAND_LONG: Final = 76
 _AUTOPILOT_VERSION: Final = 148
 _STATUSTEXT: Final = 253
@@ -78,7 +79,7 @@ def with_orders(
     others: Mapping[int, Sequence[tuple[Payloads, NDArray[np.float64]]]],
     system: int,
 ) -> list[Event]:
-    """Return the events with who ordered modes and arming, by the commands that others sent.
+    """Return the events with who ordered modes, arming, parameters, by what others sent.
 
     Parameters
     ----------
@@ -96,6 +97,7 @@ def with_orders(
         to_it = np.isin(whom, (0, system))
         modes.append(t[to_it & np.isin(command, _MODE_COMMANDS)])
         arming.append(t[to_it & (command == _ARM_COMMAND)])
+    set_to = list(_set_by_others(others.get(_PARAM_SET, ()), system))
     asked = {"mode": np.concatenate(modes)}
     asked["arm"] = asked["disarm"] = np.concatenate(arming)
     before, after = _ORDERED_S
@@ -106,10 +108,23 @@ def with_orders(
         t = asked.get(event.kind)
         begins = event.kind == "mode" and "mode" not in seen  # it may have been in force for long
         seen.add(event.kind)
+        if event.kind == "parameter":
+            t = np.array([at for name, at in set_to if name == event.text])
         near = t is not None and ((t >= event.t - before) & (t <= event.t + after)).any()
         return bool(near and not begins)
 
     return [replace(one, by=_OUTSIDE) if is_ordered(one) else one for one in events]
+
+
+def _set_by_others(
+    sent: Sequence[tuple[Payloads, NDArray[np.float64]]], system: int
+) -> Iterator[tuple[str, float]]:
+    """Yield which parameters others asked the vehicle to set, and when."""
+    for asked, t in sent:
+        names, which = asked.texts("param_id")
+        to_it = np.isin(asked.field("target_system").astype(np.int64), (0, system))
+        for row in np.flatnonzero(to_it).tolist():
+            yield names[which[row]], float(t[row])
 
 
 def _heartbeats(own: Own, line: Timeline, autopilot: str, vehicle: str) -> Iterator[Event]:
@@ -213,7 +228,7 @@ def parameters(
         ParameterChange(float(times[i]), names[name[i]], float(values[i - 1]), float(values[i]))
         for i in again[np.argsort(rows[again])].tolist()
     )
-    events = [Event(change.t, "parameter", change.name, None, change.new) for change in changes]
+    events = [change.event() for change in changes]
     return dict(sorted(first.items())), changes, events, beyond
 
 

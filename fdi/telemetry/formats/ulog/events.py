@@ -185,7 +185,7 @@ def parameters(
         if value != old:
             t = t_at(other.start)
             changes.append(ParameterChange(t, key.name, old, value))
-            events.append(Event(t, "parameter", key.name, None, value))
+            events.append(changes[-1].event())
             now[key.name] = value
     return dict(sorted(first.items())), tuple(changes), events
 
