@@ -17,6 +17,7 @@ from fdi.decision import load_policy
 from fdi.diagnosis import Diagnosis, diagnose, stood_out, with_facts
 from fdi.diagnosis.advising import advised
 from fdi.diagnosis.recording_end import recording_end
+from fdi.diagnosis.safety_net import mistakes
 from fdi.diagnosis.set_in_flight import orders_by_parameter
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import EstimatorHealth, estimator_health
@@ -137,6 +138,7 @@ def analyze(
             *stood_out(checks, alarms, diagnosis),
             *recording_end(log),
             *orders_by_parameter(alarms),
+            *mistakes(log),
         )
     told = (
         *_choice(log, system),

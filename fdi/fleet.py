@@ -144,6 +144,7 @@ def _empty(job: Job) -> Row:
         "advice": None,
         "accused": [],
         "stood_out": [],
+        "safety_net": [],
         "findings": [],
         "consequences": [],
         "ruled_out": [],
@@ -197,6 +198,11 @@ def told(found: Analysis) -> Row:
         "advice": next(iter(first_steps(found)), None),
         "accused": list(dict.fromkeys(finding.component for finding in found.findings)),
         "stood_out": [fact.text for fact in found.stood_out],
+        "safety_net": [
+            f"{gap['parameter']}: {gap['means']}"
+            for gap in tree["safety_net"]
+            if gap["word"] != "note"
+        ],
         "findings": [_finding(item) for item in tree["findings"]],
         **{
             part: list(dict.fromkeys(item["component"] for item in tree[part]))

@@ -86,6 +86,7 @@ COLUMNS: Final[dict[str, Any]] = {
     "names": [{"component": "string", "name": "string"}],
     "quality": [{"kind": "string", "count": "int64", "text": "string"}],
     "stood_out": ["string"],
+    "safety_net": ["string"],
     "warnings": ["string"],
     "trends": [_TREND],
     "curves": [{"name": "string", "unit": "string", "t": ["double"], "value": ["double"]}],

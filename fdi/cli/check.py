@@ -15,8 +15,9 @@ from fdi.cli.output import answer, show
 @click.option(
     "--check", "fails", is_flag=True, help="Exit with code 1 if anything is set up wrongly."
 )
+@click.option("--verbose", is_flag=True, help="Tell all of the safety net, and its pages.")
 @JSON
-def check(log: str, system: int | None, fails: bool, as_json: bool) -> int:
+def check(log: str, system: int | None, fails: bool, verbose: bool, as_json: bool) -> int:
     """Say what was set up wrongly on the vehicle of LOG: motors, surfaces, sensors, thrust."""
     from fdi.methods.setup import check_setup
     from fdi.telemetry import read
@@ -31,5 +32,5 @@ def check(log: str, system: int | None, fails: bool, as_json: bool) -> int:
     else:
         from fdi.report.check_text import check_summary
 
-        show(check_summary(found, checks))
+        show(check_summary(found, checks, all_of_it=verbose))
     return int(fails and any(one.verdict == "wrong" for one in checks))

@@ -34,6 +34,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``stood_out.py``: facts beside it that accuse nobody, of the set-up above all
 - ``recording_end.py``: another, of a recording that stops in flight
 - ``set_in_flight.py``: others, of parameters that were set in flight
+- ``safety_net.py``: which failsafes and checks were off, by ``advice/safety_net.yaml``
 - ``advising.py``: what to do next; ``advice_book.py``: what may be advised, with sources
 """
 

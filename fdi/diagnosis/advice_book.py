@@ -116,8 +116,45 @@ class Checked:
 
 
 @dataclass(frozen=True, slots=True)
+class Rule:
+    """When does a setting mean that a failsafe or check does less? As ``safety_net.yaml`` says.
+
+    Attributes
+    ----------
+    parameter : str
+        Its names, ``|`` between.
+    is_, lacks : tuple of float
+        It applies at one of these values; at none of these.
+    lacks_bit : int or None
+        It applies where this bit of a mask that is not 0 is missing.
+    while_, unless : mapping
+        Values of others that make it apply, or not.
+    since, before : str
+        Firmware, ``4.6``.
+    """
+
+    parameter: str
+    on: Literal["ardupilot", "px4"]
+    word: Literal["mistake", "risk", "note"]
+    means: str
+    source: str
+    vehicles: tuple[str, ...] = ()
+    is_: tuple[float, ...] = ()
+    lacks: tuple[float, ...] = ()
+    lacks_bit: int | None = None
+    while_: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    unless: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    since: str = ""
+    before: str = ""
+    __pydantic_config__: ClassVar[dict[str, str]] = _STRICT
+
+
+@dataclass(frozen=True, slots=True)
 class Book:
-    """All that may be advised; ``logs`` by the format of a log that itself is the limit."""
+    """All that may be advised; ``logs`` by the format of a log that itself is the limit.
+
+    ``net``: what of a vehicle's settings would not have helped.
+    """
 
     sources: Mapping[str, Source] = field(default_factory=dict)
     parts: Mapping[str, Part] = field(default_factory=dict)
@@ -125,6 +162,7 @@ class Book:
     ends: Mapping[str, Part] = field(default_factory=dict)
     checks: Mapping[str, Checked] = field(default_factory=dict)
     logs: Mapping[str, Entries] = field(default_factory=dict)
+    net: Mapping[str, Rule] = field(default_factory=dict)
     __pydantic_config__: ClassVar[dict[str, str]] = _STRICT
 
     def group_of(self, component: str, components: Mapping[str, Component]) -> Part:
@@ -196,7 +234,8 @@ def read_book(paths: Iterable[Path]) -> Book:
 
 def _whole(book: Book) -> Book:
     """Refuse a book with a source that nobody can look up, or without the last resort."""
-    unknown = sorted({entry.source for entry in book.entries()} - set(book.sources))
+    named = {entry.source for entry in book.entries()} | {one.source for one in book.net.values()}
+    unknown = sorted(named - set(book.sources))
     if unknown or OTHER not in book.groups or OTHER not in book.checks:
         raise EntryError(f"advice without a source: {', '.join(unknown)}")
     return book

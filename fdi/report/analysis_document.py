@@ -17,7 +17,7 @@ from fdi.diagnosis import Ending, Finding, Size, runs
 from fdi.model import System
 from fdi.model.system import Estimate, ParameterValue
 from fdi.report.advice_text import advice_rows, first_advice
-from fdi.report.check_document import check_rows
+from fdi.report.check_document import check_rows, net_rows
 from fdi.report.json_text import number
 from fdi.report.log_document import input_rows, log_facts, moment, quality_rows
 from fdi.report.methods_document import methods_document
@@ -88,6 +88,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             for fact in analysis.stood_out
         ],
         "setup": check_rows(analysis.setup),
+        "safety_net": net_rows(analysis.log),
         "fault_grid": _grid(analysis),
         "residuals": _residuals(analysis),
         "methods": methods_document(analysis),

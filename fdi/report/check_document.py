@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from fdi import __version__
 from fdi.diagnosis.advising import about_check
+from fdi.diagnosis.safety_net import safety_net
 from fdi.methods.setup import Check
 from fdi.report.advice_text import advice_rows
 from fdi.report.json_text import number
@@ -31,7 +32,23 @@ def check_document(log: Log, checks: Sequence[Check]) -> dict[str, Any]:
             row | {"advice": advice_rows(about_check(check, log))}
             for row, check in zip(check_rows(checks), checks, strict=True)
         ],
+        "safety_net": net_rows(log),
     }
+
+
+def net_rows(log: Log) -> list[dict[str, Any]]:
+    """Return the settings that would not have helped as plain values."""
+    return [
+        {
+            "word": gap.word,
+            "parameter": gap.parameter,
+            "value": number(gap.value),
+            "means": gap.means,
+            "source": gap.source,
+            "address": gap.address,
+        }
+        for gap in safety_net(log)
+    ]
 
 
 def check_rows(checks: Sequence[Check]) -> list[dict[str, Any]]:

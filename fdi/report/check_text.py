@@ -2,7 +2,7 @@
 
 In: a log and its `Check`s. Out: parts for a console: what was found in a sentence, one line for
 each thing that is wrong or strikes, with what to do about it, then what is in order, then what
-could not be checked and why, and what would decide it.
+could not be checked and why, what would decide it, and the gaps of the safety net.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis.advising import about_check
+from fdi.diagnosis.safety_net import Gap, safety_net
 from fdi.methods.setup import Check
 from fdi.report.advice_text import advice_line
 from fdi.report.text import heading, text
@@ -20,11 +21,15 @@ from fdi.telemetry import Log
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+NET_TITLE: Final = "Safety net: settings that would not have helped, and no failures"
+MOST_OF_NET: Final = 5
 _REST: Final = (("in order", "In order"), ("not known", "Not checked, or not decided"))
 
 
-def check_summary(log: Log, checks: Sequence[Check]) -> Iterator[RenderableType]:
-    """Yield what a terminal shows of a checked set-up."""
+def check_summary(
+    log: Log, checks: Sequence[Check], *, all_of_it: bool = False
+) -> Iterator[RenderableType]:
+    """Yield what a terminal shows of a checked set-up; ``all_of_it``: of the safety net."""
     yield text(log.name, "bold")
     yield text(_summed_up(checks))
     for check in checks:
@@ -43,6 +48,20 @@ def check_summary(log: Log, checks: Sequence[Check]) -> Iterator[RenderableType]
     if steps:
         yield heading("What would decide it")
         yield from (text(f"  - {step}") for step in steps)
+    yield from _net(safety_net(log), all_of_it=all_of_it)
+
+
+def _net(gaps: Sequence[Gap], *, all_of_it: bool) -> Iterator[RenderableType]:
+    """Yield what would not have helped: `MOST_OF_NET` lines, or all with the page of each."""
+    if not gaps:
+        return
+    yield heading(NET_TITLE)
+    shown = gaps if all_of_it or len(gaps) <= MOST_OF_NET else gaps[: MOST_OF_NET - 1]
+    for gap in shown:
+        page = f" ({gap.source}: {gap.address})" if all_of_it else ""
+        yield text(f"  {gap.word}: {gap.words()}{page}")
+    if len(shown) < len(gaps):
+        yield text(f"  and {len(gaps) - len(shown)} more: --verbose", "dim")
 
 
 def _summed_up(checks: Sequence[Check]) -> str:

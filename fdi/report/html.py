@@ -16,10 +16,12 @@ from fdi.diagnosis import Finding
 from fdi.diagnosis.advising import about_no_flight
 from fdi.diagnosis.concerns import concerns
 from fdi.diagnosis.plain import telling_clause
+from fdi.diagnosis.safety_net import safety_net
 from fdi.diagnosis.worth import worth_of
 from fdi.model.naming import component_words
 from fdi.report.advice_text import advised_words, first_steps, last_end
 from fdi.report.analysis_document import analysis_document
+from fdi.report.check_text import NET_TITLE
 from fdi.report.page.airframe import STATES, states_of
 from fdi.report.page.document import Shown, page_of
 from fdi.report.page.marks import level_of
@@ -106,6 +108,8 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         changes=[one for one in analysis.log.parameter_changes if not is_counter(one.name)],
         defaults=analysis.log.defaults,
         altered=analysis.log.altered,
+        net=safety_net(analysis.log),
+        net_title=NET_TITLE,
         policy_text=analysis.policy.description,
         budget_text=budget(analysis),
         flown=flown(analysis.log.flights),

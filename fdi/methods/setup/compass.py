@@ -25,7 +25,7 @@ from fdi.methods.setup.interval import by_parts, in_degrees, numbers_of
 from fdi.methods.setup.orientation import orientation_of, turned_by
 from fdi.methods.setup.records import Series, attitude, series, spins, stretches, within
 from fdi.methods.setup.rotations import Rotation, sensor_rotations, to_earth
-from fdi.methods.setup.values import Check, Setting, Verdict
+from fdi.methods.setup.values import Check, Setting
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
@@ -90,15 +90,14 @@ def check_compasses(log: Log) -> Iterator[Check]:
 
 
 def as_used(check: Check, log: Log, number: int) -> Check:
-    """Return a check of a compass as it matters: one that is not used strikes nobody.
+    """Return a check of a compass as it matters: one that is not used is neither right nor wrong.
 
     As far as ArduPilot's ``COMPASS_USE``, ``COMPASS_USE2``, ``COMPASS_USE3`` say.
     """
     if log.parameters.get(f"COMPASS_USE{number if number > 1 else ''}") != 0:
         return check
     text = f"{check.text} (the autopilot does not use it)"
-    verdict: Verdict = "not known" if check.verdict == "wrong" else check.verdict
-    return replace(check, verdict=verdict, text=text, strikes=False)
+    return replace(check, verdict="not known", text=text, strikes=False)
 
 
 def earth_field(log: Log) -> Floats | None:

@@ -1,0 +1,110 @@
+"""What would not have helped, by parameters, of the vehicles and the firmware they hold for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fdi.diagnosis.advice_book import load_book
+from fdi.diagnosis.safety_net import mistakes, safety_net
+from fdi.telemetry import log_from_columns
+
+T = np.arange(0.0, 10.0, 0.5)
+
+
+def gaps(values, *, vehicle="quad", autopilot="ardupilot", firmware="ArduCopter V4.6.3", **more):
+    log = log_from_columns({"t": T, "A.x": T}, {})
+    log = replace(
+        log, parameters=values, vehicle=vehicle, autopilot=autopilot, firmware=firmware, **more
+    )
+    return safety_net(log)
+
+
+def told(values, **options):
+    return [(gap.word, gap.parameter) for gap in gaps(values, **options)]
+
+
+def test_every_rule_names_a_page_and_says_when_it_applies():
+    book = load_book()
+    assert len(book.net) > 30
+    for rule in book.net.values():
+        assert book.sources[rule.source].address.startswith("https://")
+        assert bool(rule.is_) + bool(rule.lacks) + (rule.lacks_bit is not None) == 1
+
+
+@pytest.mark.parametrize(
+    ("values", "vehicle", "right"),
+    [
+        ({"FS_THR_ENABLE": 0}, "quad", [("risk", "FS_THR_ENABLE")]),
+        ({"FS_THR_ENABLE": 1}, "quad", []),
+        ({"FS_THR_ENABLE": 0}, "plane", []),  # there it is another parameter
+        ({"THR_FAILSAFE": 0}, "plane", [("risk", "THR_FAILSAFE")]),
+        ({"THR_FAILSAFE": 2}, "vtol", [("risk", "THR_FAILSAFE")]),
+        ({"FS_THR_ENABLE": 0}, "rover", [("risk", "FS_THR_ENABLE")]),
+        ({"FS_LEAK_ENABLE": 0}, "sub", [("risk", "FS_LEAK_ENABLE")]),
+        ({"ARMING_CHECK": 0}, "plane", [("risk", "ARMING_CHECK")]),
+        ({"ARMING_CHECK": 1}, "quad", []),
+        ({"ARMING_CHECK": 40}, "quad", [("note", "ARMING_CHECK")]),
+        ({"ARMING_CHECK": 41}, "quad", []),  # bit 0 is all of them
+        ({"ARMING_SKIPCHK": 0}, "quad", []),
+        ({"ARMING_SKIPCHK": 4}, "quad", [("note", "ARMING_SKIPCHK")]),
+        ({"BATT_FS_LOW_ACT": 0, "BATT_MONITOR": 4}, "quad", [("risk", "BATT_FS_LOW_ACT")]),
+        ({"BATT_FS_LOW_ACT": 0, "BATT_MONITOR": 0}, "quad", [("note", "BATT_MONITOR")]),
+        ({"FENCE_ENABLE": 1, "FENCE_ACTION": 0}, "quad", [("risk", "FENCE_ACTION")]),
+        ({"FENCE_ENABLE": 0, "FENCE_ACTION": 0}, "quad", [("note", "FENCE_ENABLE")]),
+        ({"COMPASS_USE": 0, "COMPASS_USE2": 1, "COMPASS_USE3": 0}, "quad", []),
+        (
+            {"COMPASS_USE": 0, "COMPASS_USE2": 0, "COMPASS_USE3": 0, "EK3_SRC1_YAW": 1},
+            "quad",
+            [("risk", "COMPASS_USE")],
+        ),
+        ({"COMPASS_USE": 0, "COMPASS_USE2": 0, "COMPASS_USE3": 0, "EK3_SRC1_YAW": 2}, "quad", []),
+        ({}, "quad", []),
+    ],
+)
+def test_a_setting_counts_for_whom_it_matters(values, vehicle, right):
+    assert told(values, vehicle=vehicle) == right
+
+
+@pytest.mark.parametrize(
+    ("firmware", "right"),
+    [
+        ("ArduCopter V4.6.3 (8264a9b4)", [("risk", "FS_EKF_ACTION")]),
+        ("ArduCopter V4.10.0", [("risk", "FS_EKF_ACTION")]),
+        ("ArduCopter V4.5.7", []),  # there 0 lands
+        (None, []),
+    ],
+)
+def test_what_holds_for_some_versions_is_said_of_those(firmware, right):
+    assert told({"FS_EKF_ACTION": 0}, firmware=firmware) == right
+
+
+def test_px4_has_its_own():
+    values = {"COM_LOW_BAT_ACT": 0, "NAV_DLL_ACT": 0, "FS_THR_ENABLE": 0, "NAV_RCL_ACT": 2}
+    assert told(values, autopilot="px4", firmware="PX4 1.15.0") == [
+        ("risk", "COM_LOW_BAT_ACT"),
+        ("note", "NAV_DLL_ACT"),
+    ]
+
+
+def test_a_motor_on_two_outputs_is_a_mistake_and_a_fact():
+    values = {f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 5)} | {"SERVO9_FUNCTION": 36.0}
+    (gap,) = gaps(values)
+    assert (gap.word, gap.parameter) == ("mistake", "SERVO9_FUNCTION")
+    assert gap.words() == "SERVO9_FUNCTION is 36: a second output of motor 4, as SERVO4_FUNCTION is"
+    log = replace(log_from_columns({"t": T, "A.x": T}, {}), parameters=values)
+    (fact,) = mistakes(replace(log, autopilot="ardupilot"))
+    assert not fact.is_wrong
+    assert told(values, autopilot="px4") == []
+
+
+def test_the_gravest_stand_first():
+    values = {"FENCE_ENABLE": 0, "FS_THR_ENABLE": 0, "SERVO1_FUNCTION": 33, "SERVO2_FUNCTION": 33}
+    assert [gap.word for gap in gaps(values)] == ["mistake", "risk", "note"]
+
+
+def test_a_filter_that_follows_speeds_that_nobody_tells():
+    values = {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_MODE": 3}
+    assert told(values, format="dataflash") == [("risk", "INS_HNTCH_MODE")]
+    assert told(values, format="tlog") == []  # a link leaves out what is there
+    assert told(values | {"INS_HNTCH_ENABLE": 0}, format="dataflash") == []

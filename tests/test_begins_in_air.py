@@ -1,0 +1,37 @@
+"""A log whose first records are of a vehicle that flies already."""
+
+import pytest
+
+from fdi import analyze
+from tests.flights import EXAMPLES, joined, records
+
+
+def cut(name, start, tmp_path):
+    """Return the analysis of a flight whose records of the first ``start`` s are lost."""
+    flight = records(EXAMPLES / name)
+    late = flight[0].stamp + start * 1e6
+    kept = [one for one in flight if one.stamp >= late or one.name == "PARAM_VALUE"]
+    path = tmp_path / "begins_in_air.tlog"
+    path.write_bytes(joined(kept))
+    return analyze(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "component"),
+    [
+        ("copter_motor_failure_crash.tlog", 30.0, "motor_1"),
+        ("plane_engine_failure_stall.tlog", 18.0, "engine"),
+    ],
+)
+def test_it_flies_from_the_first_record_on_for_a_time_that_nobody_knows(
+    name, start, component, tmp_path
+):
+    whole, found = analyze(EXAMPLES / name), cut(name, start, tmp_path)
+    (flight,) = found.log.flights
+    assert flight.takeoff is None
+    assert flight.flew
+    assert [one.component for one in found.findings][:1] == [component]
+    assert found.log.ends[-1].how == whole.log.ends[-1].how
+    assert found.log.ends[-1].speed == pytest.approx(whole.log.ends[-1].speed, abs=0.1)
+    assert "at least" in found.verdict
+    assert "at least" not in whole.verdict
