@@ -139,7 +139,14 @@ NO_SINK_RATE = dict.fromkeys(
     ("alt_6", "estimator_sinks_otherwise"),
     "telemetry sends no vertical velocity of the receiver: GPS_RAW_INT has none",
 )
-ANY = NO_RATES | SECOND | THREE | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED
+NO_RESTART = dict.fromkeys(
+    (
+        *(f"restart_{i}" for i in range(1, 6)),
+        *(f"restart_{why}" for why in ("powered", "board", "battery", "unknown")),
+    ),
+    "no autopilot started anew",
+)
+ANY = NO_RATES | SECOND | THREE | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED | NO_RESTART
 PX4_TLOG = ANY | NO_SINK_RATE | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
 ARDUPILOT_TLOG = ANY | NO_SINK_RATE | SAME | STREAM

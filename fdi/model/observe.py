@@ -47,6 +47,7 @@ from fdi.model.parts import (
 )
 from fdi.model.system import EdgeKind, Fault, ParameterValue, SystemEquation
 from fdi.telemetry import Log, Request
+from fdi.telemetry.meaning import RESTART
 
 _STATED: Final = tuple(
     field.name for field in fields(Equation) if field.name in SystemEquation.__dataclass_fields__
@@ -86,6 +87,8 @@ def usable(
         without = [e for e in needing.get(name, ()) if e.name not in gone]
         gone |= {e.name for e in without}
         channels = {m.channel for m in measurements if m.trusted and m.variable == name}
+        if all(channel.message == RESTART for channel in channels):
+            continue  # it is made where something happened: without it nothing is lacking
         if without:
             fallen.append(Fallen(frozenset(channels), tuple(without)))
         heard = {c for c in channels if log is not None and c.source in log}

@@ -16,12 +16,13 @@ from fdi.telemetry.meaning.link import LINK, link_of, with_link
 from fdi.telemetry.meaning.messages import as_ardupilot, as_mavlink, origin
 from fdi.telemetry.meaning.motors import MOTORS, unwired, with_motors
 from fdi.telemetry.meaning.outputs import with_outputs
-from fdi.telemetry.meaning.restarts import with_restarts
+from fdi.telemetry.meaning.restarts import RESTART, with_restarts
 from fdi.telemetry.meaning.rotors import ROTORS
 
 __all__ = [
     "LINK",
     "MOTORS",
+    "RESTART",
     "ROTORS",
     "as_ardupilot",
     "as_mavlink",
