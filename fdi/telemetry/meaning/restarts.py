@@ -56,7 +56,7 @@ def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> d
         since = last_heard(messages.values(), restart)
         cause = cause_of(supplies(messages, since))
         until = min(restart, since + _MOST_S)
-        t.append(np.arange(since, until, _STEP_S))
+        t.append(np.linspace(since, until, round((until - since) / _STEP_S) + 1))
         silent[cause].append((since, until))
     at = np.unique(np.concatenate(t))
     columns = {
