@@ -141,8 +141,8 @@ NO_SINK_RATE = dict.fromkeys(
 )
 NO_RESTART = dict.fromkeys(
     (
-        *(f"restart_{i}" for i in range(1, 6)),
-        *(f"restart_{why}" for why in ("powered", "board", "battery", "unknown")),
+        *(f"restart_{i}" for i in range(1, 4)),
+        *(f"restart_{why}" for why in ("powered", "board", "battery")),
     ),
     "no autopilot started anew",
 )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fdi import analyze, read
+from fdi.diagnosis.recording_end import recording_end
 from fdi.telemetry.clock import last_boot
 from fdi.telemetry.supply import supplies
 from tests.flights import EXAMPLES, SHARED, joined, records
@@ -80,10 +81,12 @@ def test_a_board_whose_voltage_fell_is_the_cause(flight, analysed):
     assert "board 3.6 V after 5.0 V" in " ".join(one.text for one in found.stood_out)
 
 
-def test_without_a_voltage_of_the_board_neither_is_sure(analysed):
+def test_without_a_voltage_of_the_board_nobody_is_accused(analysed):
     found = analysed(restarted(*COPTER, without="POWER_STATUS"))
     assert found.log.ends[-1].how == "restarted"
-    assert all(one.confidence < 0.7 for one in found.findings)
+    assert list(found.findings) == []
+    assert "no component explains it" in found.verdict
+    assert {"power", "autopilot_computer"}.isdisjoint(one.component for one in found.ruled_out)
 
 
 def test_nothing_is_said_to_have_stayed_within_health(analysed):
@@ -108,9 +111,11 @@ def test_who_flies_on_after_it_has_a_second_flight(tmp_path):
     everything = {one.name for one in records(EXAMPLES / PLANE[0])}
     path = tmp_path / "flies_on.tlog"
     path.write_bytes(restarted(*PLANE, goes_on=everything, until=12.0))
-    first, second = read(path).flights
+    log = read(path)
+    first, second = log.flights
     assert first.restart == pytest.approx(second.start, abs=1.0)
     assert second.restart is None
+    assert "gave nothing" in recording_end(log)[0].text
 
 
 def of_a_boot(last, *later):

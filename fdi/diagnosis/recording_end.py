@@ -1,7 +1,7 @@
 """Where a recording stops in flight, or the autopilot: was power there, and what else may it be?
 
-In: a log. Out: one `Fact`, or none. Power is told by the voltages of the last seconds against those
-before; what a recorder of this kind stops for is told as what it may be, and no more.
+In: a log. Out: a `Fact` for each, or none. Power is told by the voltages of the last seconds
+against those before; what a recorder of this kind stops for is told as what it may be, no more.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Final
 
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
+from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
 _OPEN: Final = ("in_air", "control_lost")
@@ -23,11 +24,10 @@ _KINDS: Final = {
 
 
 def recording_end(log: Log) -> tuple[Fact, ...]:
-    """Return what is known of why the recording stops; nothing where the flight ends otherwise."""
-    if any(end.how == "restarted" for end in log.ends[-1:]):
-        return (Fact(ENDING, _restart(log)),)
+    """Return what is known of why an autopilot ceased or the recording does, in flight."""
+    ceased = tuple(Fact(ENDING, _restart(log, end)) for end in log.ends if end.how == "restarted")
     if not any(end.how in _OPEN for end in log.ends[-1:]):
-        return ()
+        return ceased
     stop = log.span[1]
     power = _power(supplies(log.messages, stop))
     other = _KINDS.get(log.format, "")
@@ -35,7 +35,7 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
-    return (Fact(ENDING, f"{text}; {other}" if other else text),)
+    return (*ceased, Fact(ENDING, f"{text}; {other}" if other else text))
 
 
 def _power(told: Sequence[Supply]) -> str:
@@ -46,14 +46,15 @@ def _power(told: Sequence[Supply]) -> str:
     return f"power was {state} at its last records ({' and '.join(one.words() for one in told)})"
 
 
-def _restart(log: Log) -> str:
+def _restart(log: Log, end: FlightEnd) -> str:
     """Return from when to when an autopilot gave nothing, and what is known of its supply."""
-    end, anew = log.ends[-1], log.flights[-1].restart
+    anew = log.flights[end.flight].restart
+    is_last = end.flight == len(log.flights) - 1
     told = supplies(log.messages, end.at)
     after = " and ".join(f"{s.name} {s.after:.1f} V" for s in told if s.after is not None)
     return (
         f"the autopilot gave nothing from log {end.at:.1f} to {anew:.1f} s, and then its clock "
         f"began anew: {_power(told)}"
         + (f", and {after} at the first ones after" if after else "")
-        + "; what became of the vehicle the log does not show"
+        + ("; what became of the vehicle the log does not show" if is_last else "")
     )

@@ -21,6 +21,7 @@ from fdi.telemetry.motors import ROTORS
 Word = Literal["mistake", "risk", "note"]
 WORDS: Final[tuple[Word, ...]] = ("mistake", "risk", "note")
 _VERSION: Final = re.compile(r"V?(\d+)\.(\d+)")
+_PROGRAMS: Final = {"Copter": "copter", "Plane": "plane", "Rover": "rover", "Sub": "sub"}
 _KINDS: Final = {"vtol": "plane", "boat": "rover", "helicopter": "copter"}
 _OUTPUT: Final = re.compile(r"SERVO(\d{1,2})_FUNCTION")
 _MOTORS: Final = {33 + i: 1 + i for i in range(8)} | {82 + i: 9 + i for i in range(4)}
@@ -91,7 +92,7 @@ def _named(rule: Rule, values: Mapping[str, float]) -> str:
 def _applies(rule: Rule, name: str, log: Log) -> bool:
     values = log.parameters
     value = values[name]
-    if rule.on != log.autopilot or (rule.vehicles and kind_of(log) not in rule.vehicles):
+    if rule.on != log.autopilot or (rule.vehicles and _kind(log) not in rule.vehicles):
         return False
     if not _is_of_version(rule, log.firmware):
         return False
@@ -104,8 +105,14 @@ def _applies(rule: Rule, name: str, log: Log) -> bool:
     return value not in rule.lacks if rule.lacks else value in rule.is_
 
 
-def kind_of(log: Log) -> str:
-    """Return by which of ArduPilot's programs a vehicle is flown: copter, plane, rover, sub."""
+def _kind(log: Log) -> str:
+    """Return by which of ArduPilot's programs a vehicle is run: copter, plane, rover, sub.
+
+    By its greeting, or else by the vehicle.
+    """
+    for name, kind in _PROGRAMS.items():
+        if name in (log.firmware or ""):
+            return kind
     return "copter" if log.vehicle in ROTORS else _KINDS.get(log.vehicle, log.vehicle)
 
 
@@ -135,6 +142,8 @@ def _doubled(log: Log) -> Iterator[Gap]:
     for name, value in log.parameters.items():
         if _OUTPUT.fullmatch(name) and value in _MOTORS:
             outputs[_MOTORS[int(value)]].append(name)
+    for names in outputs.values():
+        names.sort(key=len)  # parameters come by name, SERVO10 before SERVO9
     for motor, names in sorted(outputs.items()):
         for name in names[1:]:
             means = f"a second output of motor {motor}, as {names[0]} is"

@@ -13,6 +13,7 @@ from fdi.decision import Alarms
 from fdi.diagnosis.concerns import concerns
 from fdi.diagnosis.ending import BEFORE_S, left_health
 from fdi.diagnosis.stood_out import Fact
+from fdi.model.naming import inside
 from fdi.telemetry import Event
 from fdi.telemetry.ordered import parameter_words, set_in_flight
 
@@ -47,7 +48,7 @@ def _facts(orders: Sequence[Sequence[Event]], alarms: Alarms) -> Iterator[Fact]:
         later = (found for found in soon if found.at >= one[0].t)
         first = min(later, key=lambda found: found.at, default=None)
         if first is not None:
-            text += f"; {first.at - one[0].t:.1f} s later: {first.text[:1].lower()}{first.text[1:]}"
+            text += f"; {first.at - one[0].t:.1f} s later: {inside(first.text)}"
         yield Fact(PARAMETER, text)
     if len(orders) > MOST:
         yield Fact(PARAMETER, f"parameters were set {len(orders) - MOST} more times in flight")

@@ -70,7 +70,7 @@ def _rank(event: Event) -> int:
 
 def _worth(log: Log) -> list[Event]:
     known = {(event.t, event.text) for event in log.events if event.kind not in ("text", "mode")}
-    in_flight = set_in_flight(log.events, log.flights)
+    in_flight = set(set_in_flight(log.events, log.flights))
     return [
         replace(event, text=parameter_words(event)) if event.kind == "parameter" else event
         for event in log.events

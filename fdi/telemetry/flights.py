@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fdi.telemetry.course import BEFORE_ARMING_S, FEW, Armed, Course
 from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.impact import BREAKS, HARD_SPEED, find_impact
+from fdi.telemetry.meaning.restarts import SILENT_S
 from fdi.telemetry.motion import Floats, Motion, known
 from fdi.telemetry.phases import IDLE, WASH_M, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
@@ -126,7 +127,9 @@ def _flight(course: Course, phases: Phases, stretch: tuple[int, int], next_one: 
     first, after = stretch
     t = phases.t
     anew = np.searchsorted(t, course.restarts)
-    restart = next((s for s, row in zip(course.restarts, anew, strict=True) if row == after), None)
+    later = zip(course.restarts, anew, strict=True)
+    near = (s for s, row in later if row == after and s - t[after - 1] <= SILENT_S)
+    restart = next(near, None)
     begins_in_air = first == 0 or first in anew
     is_end = after == t.size or restart is not None
     before = float(t[first] if begins_in_air else t[first - 1])

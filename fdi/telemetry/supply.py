@@ -1,7 +1,7 @@
 """Was power there at a moment, by the voltages that the log holds?
 
-In: messages and the time, s. Out: a `Supply` for battery and board, each None where no record of
-the last seconds tells. A voltage is told by its last record against those of half a minute before.
+In: messages and the time, s. Out: a `Supply` for battery and board, as far as records of the last
+seconds tell. A voltage is told by its last record against those of half a minute before.
 """
 
 from __future__ import annotations

@@ -48,6 +48,8 @@ def test_every_rule_names_a_page_and_says_when_it_applies():
         ({"ARMING_CHECK": 41}, "quad", []),  # bit 0 is all of them
         ({"ARMING_SKIPCHK": 0}, "quad", []),
         ({"ARMING_SKIPCHK": 4}, "quad", [("note", "ARMING_SKIPCHK")]),
+        ({"ARMING_SKIPCHK": -1}, "quad", [("risk", "ARMING_SKIPCHK")]),
+        ({"FS_THR_ENABLE": 0}, "other", [("risk", "FS_THR_ENABLE")]),  # ArduCopter of a tricopter
         ({"BATT_FS_LOW_ACT": 0, "BATT_MONITOR": 4}, "quad", [("risk", "BATT_FS_LOW_ACT")]),
         ({"BATT_FS_LOW_ACT": 0, "BATT_MONITOR": 0}, "quad", [("note", "BATT_MONITOR")]),
         ({"FENCE_ENABLE": 1, "FENCE_ACTION": 0}, "quad", [("risk", "FENCE_ACTION")]),
@@ -63,7 +65,11 @@ def test_every_rule_names_a_page_and_says_when_it_applies():
     ],
 )
 def test_a_setting_counts_for_whom_it_matters(values, vehicle, right):
-    assert told(values, vehicle=vehicle) == right
+    program = {"plane": "ArduPlane", "vtol": "ArduPlane", "rover": "ArduRover", "sub": "ArduSub"}
+    firmware = f"{program.get(vehicle, 'ArduCopter')} V4.6.3"
+    assert told(values, vehicle=vehicle, firmware=firmware) == right
+    if vehicle != "other":
+        assert told(values, vehicle=vehicle, firmware=None) == right
 
 
 @pytest.mark.parametrize(
@@ -89,6 +95,7 @@ def test_px4_has_its_own():
 
 def test_a_motor_on_two_outputs_is_a_mistake_and_a_fact():
     values = {f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 5)} | {"SERVO9_FUNCTION": 36.0}
+    assert told(values | {"SERVO10_FUNCTION": 36.0})[-1] == ("mistake", "SERVO10_FUNCTION")
     (gap,) = gaps(values)
     assert (gap.word, gap.parameter) == ("mistake", "SERVO9_FUNCTION")
     assert gap.words() == "SERVO9_FUNCTION is 36: a second output of motor 4, as SERVO4_FUNCTION is"

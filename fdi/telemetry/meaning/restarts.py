@@ -3,7 +3,7 @@
 In: messages and events. Out: the message ``RESTART``, only where the log holds a reboot. Its fields
 say how long it gave nothing, s, by what is known of the supply at its last record: ``powered``
 (board and battery held), ``board`` (its voltage fell), ``battery`` (its voltage fell, and not the
-board's), ``unknown`` (nothing tells the board's). 0 while it runs.
+board's); none of them where nothing tells the board's. 0 while it runs.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from fdi.telemetry.supply import Supply, supplies
 from fdi.units import Conversion
 
 RESTART: Final = "RESTART"
-_CAUSES: Final = ("powered", "board", "battery", "unknown")
+_CAUSES: Final = ("powered", "board", "battery")
 _STEP_S: Final = 0.1
-_MOST_S: Final = 60.0  # of a silence that is told: nobody flies on so long
+SILENT_S: Final = 60.0
+"""After a longer silence nobody knows where an autopilot started anew."""
 _MOST: Final = 36_000  # records beside the silences, however long the log
 
 
@@ -32,14 +33,14 @@ def last_heard(messages: Iterable[Message], restart: float) -> float:
     return max((float(t[-1]) for t in own if t.size), default=restart)
 
 
-def cause_of(told: tuple[Supply, ...]) -> str:
-    """Return what is known of the supply as an autopilot ceased, one of the fields."""
+def _cause(told: tuple[Supply, ...]) -> str | None:
+    """Return the field that says what is known of the supply as an autopilot ceased, or None."""
     fallen = [one.name for one in told if not one.kept]
     if "board" in fallen:
         return "board"
     if fallen:
         return "battery"
-    return "powered" if any(one.name == "board" for one in told) else "unknown"
+    return "powered" if any(one.name == "board" for one in told) else None
 
 
 def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> dict[str, Message]:
@@ -54,10 +55,10 @@ def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> d
     silent: dict[str, list[tuple[float, float]]] = {cause: [] for cause in _CAUSES}
     for restart in anew:
         since = last_heard(messages.values(), restart)
-        cause = cause_of(supplies(messages, since))
-        until = min(restart, since + _MOST_S)
-        t.append(np.linspace(since, until, round((until - since) / _STEP_S) + 1))
-        silent[cause].append((since, until))
+        cause = _cause(supplies(messages, since))
+        if cause is not None and restart - since <= SILENT_S:
+            t.append(np.linspace(since, restart, round((restart - since) / _STEP_S) + 1))
+            silent[cause].append((since, restart))
     at = np.unique(np.concatenate(t))
     columns = {
         cause: Column(partial(_lasts, at, spans), Conversion("s"), is_discrete=True)

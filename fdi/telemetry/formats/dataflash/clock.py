@@ -225,9 +225,12 @@ def _last_boot(tables: Tables, last: int, place: int) -> tuple[NDArray[np.int64]
 
     A vehicle that started anew may write little until the log ends, and none of that table.
     """
-    late = [table.start > place for table in tables]
-    told = np.concatenate([said(table)[rows] for table, rows in zip(tables, late, strict=True)])
-    places = np.concatenate([t.start[rows] for t, rows in zip(tables, late, strict=True)])
+    ends = [(table, int(np.searchsorted(table.start, place, side="right"))) for table in tables]
+    late = [t.source.part(t, slice(low, None)) for t, low in ends if low < t.start.size]
+    if not late:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    told = np.concatenate([said(table) for table in late])
+    places = np.concatenate([table.start for table in late])
     order = np.argsort(places, kind="stable")
     told, places = told[order], places[order].astype(np.int64)
     found = last_boot(np.append(last, told) // 1000, 0) - 1

@@ -97,7 +97,9 @@ def with_orders(
         to_it = np.isin(whom, (0, system))
         modes.append(t[to_it & np.isin(command, _MODE_COMMANDS)])
         arming.append(t[to_it & (command == _ARM_COMMAND)])
-    set_to = list(_set_by_others(others.get(_PARAM_SET, ()), system))
+    set_to: dict[str, list[float]] = {}
+    for name, at in _set_by_others(others.get(_PARAM_SET, ()), system):
+        set_to.setdefault(name, []).append(at)
     asked = {"mode": np.concatenate(modes)}
     asked["arm"] = asked["disarm"] = np.concatenate(arming)
     before, after = _ORDERED_S
@@ -109,7 +111,7 @@ def with_orders(
         begins = event.kind == "mode" and "mode" not in seen  # it may have been in force for long
         seen.add(event.kind)
         if event.kind == "parameter":
-            t = np.array([at for name, at in set_to if name == event.text])
+            t = np.array(set_to.get(event.text, ()))
         near = t is not None and ((t >= event.t - before) & (t <= event.t + after)).any()
         return bool(near and not begins)
 
