@@ -35,7 +35,7 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
     """Return the alarms within [start, end), s, in order of onset.
 
     An alarm that stands when the time begins has its onset there, if what is left of it is long
-    enough to be one.
+    enough to be one; that of a statement which holds always (`Equation.always`) where it began.
     """
     t = alarms.residuals.t
     low, high = np.searchsorted(t, [start, end]).tolist()
@@ -53,9 +53,17 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
             # a centred window feels a change before it is in its middle
             onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
             onset = max(onset - _lasted(alarms.residuals, row, first), min(onset, start))
+            if begin < first and _always(alarms.residuals, row):
+                onset = float(t[begin])
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(row, first, stop, onset, known, float(t[stop - 1]) + step, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
+
+
+def _always(residuals: Residuals, row: int) -> bool:
+    """Return whether a test speaks of what holds on the ground as in the air."""
+    bank = residuals.bank
+    return bank.system.equations[bank.generators[row].residual].always
 
 
 def _lasted(residuals: Residuals, row: int, sample: int) -> float:

@@ -41,16 +41,21 @@ _VERBS: Final[Mapping[str, Mapping[Level, str]]] = {
         "probable": "was probably wrong from take-off on",
         "possible": "may have been wrong from take-off on",
     },
+    "ground": {
+        "sure": "was wrong before take-off",
+        "probable": "was probably wrong before take-off",
+        "possible": "may have been wrong before take-off",
+    },
     "gap": {
         "sure": "left a gap in the recording",
         "probable": "probably left a gap in the recording",
         "possible": "may have left a gap in the recording",
     },
 }
-When = Literal["first", "later", "after", "take-off", "gap"]
+When = Literal["first", "later", "after", "take-off", "ground", "gap"]
 """Nobody is accused of an earlier failure; somebody is; it shows only after control was lost; it
-was there when the flight began, which no test could see before; or, whenever it was, the recording
-is what it failed, by itself not the vehicle."""
+was there when the flight began, which no test could see before; or one could; or, whenever it was,
+the recording is what it failed, by itself not the vehicle."""
 
 
 @dataclass(frozen=True, slots=True)

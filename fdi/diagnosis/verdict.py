@@ -266,7 +266,11 @@ def _accused(
     of_vehicle = [first, *(f for f in findings[1:] if not components[f.component].records)]
     order = "gap" if is_gap else _order(of_vehicle, signals, bad if explains else None)
     when, height, mode = _moment(first, signals)
-    when = f" (log {first.onset:.1f} s)" if order == "take-off" else f", {when}"
+    if order in ("take-off", "ground"):
+        when = f" (log {first.onset:z.1f} s)"
+        height, mode = (height, mode) if order == "take-off" else ("", "")
+    else:
+        when = f", {when}"
     said = claim.subject(components)
     if bad is not None and not explains:
         said = f"Before that, {inside(said)}"
@@ -298,8 +302,10 @@ def _order(findings: Sequence[Finding], signals: Signals, bad: FlightEnd | None)
     if any(one.onset < first.onset for one in findings if one.flight == first.flight):
         return "later"
     flight = signals.flights[first.flight] if first.flight < len(signals.flights) else None
-    if flight is not None and flight.flew and first.onset - flight.airborne[0] < SIMULTANEOUS_S:
-        return "take-off"
+    if flight is not None and flight.flew:
+        after = first.onset - flight.airborne[0]
+        if after < SIMULTANEOUS_S:
+            return "ground" if after < -SIMULTANEOUS_S else "take-off"
     return "first"
 
 

@@ -17,6 +17,8 @@ and the same likelihood judge it as any test.
 - ``forces_beyond_turns``: the same at any heading, less what gyroscopes make of gravity that the
   field contradicts
 - ``twins``: the gyroscopes of two units against each other (``twins.py``)
+- ``compass_turned``: the angle, rad, by which a compass in use is turned about the vertical at
+  least (``setup/turned.py``), from the log's first second on: a mount does not change
 """
 
 from __future__ import annotations
@@ -33,12 +35,15 @@ from fdi.methods.heading.forces import beyond_turns, force_pair
 from fdi.methods.heading.increments import WINDOW_S, Pair, heading_pairs, sensor_pairs
 from fdi.methods.heading.motion import Ride, ride_of
 from fdi.methods.heading.twins import twins_growth
+from fdi.methods.setup.compass import COMPASSES, compass_readings, earth_field, is_used
+from fdi.methods.setup.turned import turned_about_the_vertical
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
 SOURCE: Final = "RAW_IMU"
 TWINS: Final = "twins"
-UNITS: Final = {TWINS: "dB"}
+TURNED: Final = "compass_turned"
+UNITS: Final = {TWINS: "dB", TURNED: "rad"}
 FIELDS: Final = (
     "compass_alone",
     "compass_against_gravity",
@@ -48,7 +53,9 @@ FIELDS: Final = (
     "forces",
     "forces_beyond_turns",
     TWINS,
+    TURNED,
 )
+_BEFORE_S: Final = 1.0
 
 
 def heading_columns(log: Log) -> Columns | str:
@@ -68,14 +75,31 @@ def heading_columns(log: Log) -> Columns | str:
             parts.append((grid, _of_ride(log, ride, grid)))
     if not parts:
         return why
+    before = np.arange(log.span[0], parts[0][0][0], _BEFORE_S)
+    parts.insert(0, (before, {name: np.full(before.size, np.nan) for name in FIELDS}))
     t = np.concatenate([grid for grid, _ in parts])
     values = {name: np.concatenate([own[name] for _, own in parts]) for name in FIELDS}
+    values[TURNED] = np.full(t.size, compass_turned(log))
     if not any(np.isfinite(own).any() for own in values.values()):
         return "no two of its sensors can be compared"
     return Columns(t, values, SOURCE, UNITS)
 
 
 HEADING: Final = Method("heading", heading_columns)
+
+
+def compass_turned(log: Log) -> float:
+    """Return by what angle, rad, one of the compasses in use is turned at least; NaN if unknown."""
+    model = earth_field(log)
+    if model is None:
+        return np.nan
+    sizes = []
+    for number, key in enumerate(COMPASSES, 1):
+        readings = compass_readings(log, key) if is_used(log, number) else None
+        angle = None if readings is None else turned_about_the_vertical(log, readings, model)
+        if angle is not None:
+            sizes.append(max(angle.least, -angle.most, 0.0))
+    return max(sizes, default=np.nan)
 
 
 def _of_ride(log: Log, ride: Ride, grid: Floats) -> Mapping[str, Floats]:

@@ -4,7 +4,8 @@ In: a log. Out: a `Check` for each compass. The Earth's field does not move: wha
 put into earth axes by the attitude, is one vector, which the World Magnetic Model knows where the
 log tells the place. For each of MAVLink's orientations, and for each axis reversed, that vector and
 the compass' own constant field (hard iron, the calibration's leftover) are found by least squares;
-what counts is by what angle the readings then miss the Earth's field.
+what counts is by what angle the readings then miss the Earth's field. Before that, whether one is
+turned about the vertical is asked of the gyroscopes, which no wrong heading misleads (`turned.py`).
 
 A copter that turns level sees only a circle of the field: its downward part then is the Earth's
 rather than the vehicle's, which is true of a compass that was calibrated (`_OWN`).
@@ -21,10 +22,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from fdi.methods.setup.interval import by_parts, in_degrees, numbers_of
+from fdi.methods.setup.interval import Interval, by_parts, in_degrees, numbers_of
 from fdi.methods.setup.orientation import orientation_of, turned_by
 from fdi.methods.setup.records import Series, attitude, series, spins, stretches, within
 from fdi.methods.setup.rotations import Rotation, sensor_rotations, to_earth
+from fdi.methods.setup.turned import turned_about_the_vertical
 from fdi.methods.setup.values import Check, Setting
 from fdi.model.world import world_value
 from fdi.telemetry import Log
@@ -34,6 +36,7 @@ COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
 _FIELDS: Final = ("xmag", "ymag", "zmag")
 FITS: Final = np.radians(22.5)
 """Half of the 45 degrees that orientations are apart: a compass off by less is not turned."""
+_STEP: Final = np.radians(45.0)
 _WELL: Final = np.radians(10.0)
 """Another orientation fits: nine in ten compasses that are in order miss by less than 8 degrees."""
 _HALF: Final = 0.5
@@ -82,19 +85,24 @@ def check_compasses(log: Log) -> Iterator[Check]:
         else:
             turn, field = in_flight(log, readings, known)
             some = slice(None, None, -(-len(field) // _MOST) or 1)
-            yield as_used(
-                _one(name, turn.values[some], field[some], model, orientation_of(log, number)),
-                log,
-                number,
-            )
+            told_by = orientation_of(log, number)
+            angle = turned_about_the_vertical(log, readings, model)
+            turned = None if angle is None else _turned(name, angle, told_by)
+            one = turned or _one(name, turn.values[some], field[some], model, told_by)
+            yield as_used(one, log, number)
+
+
+def is_used(log: Log, number: int) -> bool:
+    """Return whether the autopilot uses a compass, 1 for the first, as far as parameters say.
+
+    ArduPilot's ``COMPASS_USE``, ``COMPASS_USE2``, ``COMPASS_USE3``.
+    """
+    return log.parameters.get(f"COMPASS_USE{number if number > 1 else ''}") != 0
 
 
 def as_used(check: Check, log: Log, number: int) -> Check:
-    """Return a check of a compass as it matters: one that is not used is neither right nor wrong.
-
-    As far as ArduPilot's ``COMPASS_USE``, ``COMPASS_USE2``, ``COMPASS_USE3`` say.
-    """
-    if log.parameters.get(f"COMPASS_USE{number if number > 1 else ''}") != 0:
+    """Return a check of a compass as it matters: one not in use is neither right nor wrong."""
+    if is_used(log, number):
         return check
     text = f"{check.text} (the autopilot does not use it)"
     return replace(check, verdict="not known", text=text, strikes=False)
@@ -130,6 +138,25 @@ def in_flight(
     t = readings.t[inside]
     angles = (np.interp(t, known.t, np.unwrap(row)) for row in known.values)
     return Series(t, np.transpose(to_earth(*angles), (0, 2, 1))), readings.values[:, inside].T
+
+
+def _turned(name: str, angle: Interval, told_by: Setting | None) -> Check | None:
+    """Return that a compass is turned about the vertical, or None where that is not sure."""
+    least, most = sorted((abs(angle.least), abs(angle.most)))
+    if angle.least * angle.most <= 0 or least <= FITS:
+        return None
+    off = Interval(abs(angle.value), least, most)
+    side = "right" if angle.value > 0 else "left"
+    text = (
+        f"it is turned by {in_degrees(off)} to the {side} of how it is told to be mounted, by "
+        "gyroscopes, gravity and the Earth's field"
+    )
+    numbers = numbers_of("turned_deg", angle, float(np.degrees(1)))
+    nearest = f"YAW_{round(angle.value / _STEP) % 8 * 45}"
+    needed = next((one for one in sensor_rotations() if one.name == nearest), None)
+    why = f"Its readings need a turn of {np.degrees(off.value):.0f} degrees to the {side}"
+    settings = () if needed is None else turned_by(needed, told_by, why)
+    return Check(name, "wrong", text, numbers, settings)
 
 
 def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting | None) -> Check:

@@ -35,6 +35,7 @@ class Ride:
     length: float = 60.0
     output: int = 1500
     per_ampere: float = 0.0  # mgauss
+    hard_iron: float = 0.0  # mgauss on every axis of the compass
     has_place: bool = True
     told: Mapping[str, float] = field(default_factory=dict)
 
@@ -67,7 +68,7 @@ def write(path: Path, ride: Ride) -> Path:
     amperes = 10.0 + 8.0 * np.sin(0.37 * t) * flies
     field_ = turn.inv().apply(np.tile(earth(), (t.size, 1))) + ride.per_ampere * amperes[:, None]
     seen = {
-        "mag": field_ @ ride.compass,
+        "mag": field_ @ ride.compass + ride.hard_iron,
         "acc": held @ ride.accelerometer / G * 1000,
         "gyro": rates @ ride.gyroscope * 1000,
     }
