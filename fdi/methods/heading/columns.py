@@ -29,6 +29,7 @@ from typing import Final
 import numpy as np
 
 from fdi.errors import LogError
+from fdi.grid import uniform
 from fdi.methods.columns import Columns, Method
 from fdi.methods.heading.course import course_pairs
 from fdi.methods.heading.forces import beyond_turns, force_pair
@@ -75,7 +76,7 @@ def heading_columns(log: Log) -> Columns | str:
             parts.append((grid, _of_ride(log, ride, grid)))
     if not parts:
         return why
-    before = np.arange(log.span[0], parts[0][0][0], _BEFORE_S)
+    before = uniform(log.span[0], parts[0][0][0], _BEFORE_S, records=log[SOURCE].t.size)
     parts.insert(0, (before, {name: np.full(before.size, np.nan) for name in FIELDS}))
     t = np.concatenate([grid for grid, _ in parts])
     values = {name: np.concatenate([own[name] for _, own in parts]) for name in FIELDS}

@@ -13,6 +13,7 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``motors.py``, ``surfaces.py``: multicopters, planes
 - ``rotations.py``: MAVLink's orientations
 - ``orientation.py``: which parameter says how a compass is mounted
+- ``turned.py``: by what angle a compass is turned about the vertical, without a heading
 - ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
 - ``mounting.py``: accelerometers and gyroscopes
 - ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down

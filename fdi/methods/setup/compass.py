@@ -147,12 +147,12 @@ def _turned(name: str, angle: Interval, told_by: Setting | None) -> Check | None
         return None
     off = Interval(abs(angle.value), least, most)
     side = "right" if angle.value > 0 else "left"
+    nearest = f"YAW_{round(angle.value / _STEP) % 8 * 45}"
     text = (
-        f"it is turned by {in_degrees(off)} to the {side} of how it is told to be mounted, by "
-        "gyroscopes, gravity and the Earth's field"
+        f"it is turned by {in_degrees(off)} to the {side} of how it is told to be mounted "
+        f"({nearest}), by gyroscopes, gravity and the Earth's field"
     )
     numbers = numbers_of("turned_deg", angle, float(np.degrees(1)))
-    nearest = f"YAW_{round(angle.value / _STEP) % 8 * 45}"
     needed = next((one for one in sensor_rotations() if one.name == nearest), None)
     why = f"Its readings need a turn of {np.degrees(off.value):.0f} degrees to the {side}"
     settings = () if needed is None else turned_by(needed, told_by, why)
