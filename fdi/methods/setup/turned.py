@@ -39,6 +39,8 @@ _FEW: Final = 30
 _GAP_S: Final = 0.5
 _FIELD: Final = 0.5
 """Of a and b together: below, more of what is read is noise than field."""
+_OTHERS: Final = ((1, -1, -1), (1, -1, 1), (1, 1, -1))
+"""Signs of the axes upside down, and with one reversed: what fits better so is not turned alone."""
 _TURN: Final = 2  # unknowns a, b
 _EACH: Final = 4  # of a window: e, its drift
 
@@ -72,7 +74,10 @@ def turned_about_the_vertical(log: Log, readings: Series, model: Floats) -> Inte
         return None
     upright = _equations(windows, model)
     found = _angle(upright)
-    if found is None or _left(upright) > _left(_equations(windows, model, is_upside_down=True)):
+    if found is None:
+        return None
+    left = _left(upright)
+    if any(_left(_equations(windows, model, signs)) < left for signs in _OTHERS):
         return None
     half = len(upright.b) // 2
     for part in (slice(None, half), slice(half, None)):
@@ -113,15 +118,15 @@ def _windows(log: Log, readings: Series) -> Iterator[tuple[Floats, Floats, Float
 
 
 def _equations(
-    windows: list[tuple[Floats, Floats, Floats]], model: Floats, *, is_upside_down: bool = False
+    windows: list[tuple[Floats, Floats, Floats]],
+    model: Floats,
+    signs: tuple[int, int, int] = (1, 1, 1),
 ) -> _Equations:
     strength = float(np.linalg.norm(model))
     count = _TURN + _EACH * len(windows) + 3
     lefts, rights = [], []
     for number, (t, turn, field) in enumerate(windows):
-        x, y, z = field.T / strength
-        if is_upside_down:
-            y, z = -y, -z
+        x, y, z = (field * signs).T / strength
         left = np.zeros((t.size, 3, count))
         left[:, 0, 0], left[:, 1, 0] = x, y
         left[:, 0, 1], left[:, 1, 1] = -y, x
