@@ -31,11 +31,12 @@ class Run:
     peak: float
 
 
-def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
+def find_runs(alarms: Alarms, start: float, end: float, since: float = -np.inf) -> list[Run]:
     """Return the alarms within [start, end), s, in order of onset.
 
     An alarm that stands when the time begins has its onset there, if what is left of it is long
-    enough to be one; that of a statement which holds always (`Equation.always`) where it began.
+    enough to be one; that of a statement which holds always (`Equation.always`) where it began, and
+    not before ``since``, s, when the flight before was over.
     """
     t = alarms.residuals.t
     low, high = np.searchsorted(t, [start, end]).tolist()
@@ -54,7 +55,7 @@ def find_runs(alarms: Alarms, start: float, end: float) -> list[Run]:
             onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
             onset = max(onset - _lasted(alarms.residuals, row, first), min(onset, start))
             if begin < first and _always(alarms.residuals, row):
-                onset = float(t[begin])
+                onset = max(float(t[begin]), min(since, onset))
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(row, first, stop, onset, known, float(t[stop - 1]) + step, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))

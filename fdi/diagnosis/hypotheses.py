@@ -162,10 +162,12 @@ def _is_here(run: Run, at: float) -> bool:
     return run.end >= at and run.onset <= at + WINDOW_S
 
 
-def _runs(alarms: Alarms, start: float, end: float, ending: FlightEnd | None) -> tuple[Run, ...]:
+def _runs(
+    alarms: Alarms, span: tuple[float, float], since: float, ending: FlightEnd | None
+) -> tuple[Run, ...]:
     """Return the alarms of a flight that may accuse: what begins on its back is no cause."""
     over = None if ending is None else ending.overturned
-    found = find_runs(alarms, start, end)
+    found = find_runs(alarms, *span, since)
     return tuple(run for run in found if over is None or run.onset < over)
 
 
@@ -186,6 +188,8 @@ def inquire(alarms: Alarms) -> tuple[Inquiry, ...]:
     command = [any(equations[i].command for i in one.equations) for one in bank.generators]
     share = np.where(alarms.state == UNKNOWN, np.nan, alarms.strength).astype(np.float32)
     ends = {end.flight: end for end in residuals.signals.ends}
+    spans = time_in_air(residuals.signals)
+    over = [-np.inf, *(end for _, end in spans)]  # the flight before
     return tuple(
         Inquiry(
             flight=number,
@@ -193,12 +197,12 @@ def inquire(alarms: Alarms) -> tuple[Inquiry, ...]:
             end=end,
             t=residuals.t,
             share=share,
-            runs=_runs(alarms, start, end, ends.get(number)),
+            runs=_runs(alarms, (start, end), over[number], ends.get(number)),
             ending=ends.get(number),
             whom=whom,
             command=np.array(command, bool),
             ties=ties,
             reach=reach,
         )
-        for number, (start, end) in enumerate(time_in_air(residuals.signals))
+        for number, (start, end) in enumerate(spans)
     )

@@ -204,7 +204,7 @@ class Equation:
         Manoeuvres do not make its two sides differ: if they begin to scatter, that is noise.
     always : bool
         Of a limit or an equality: violated from the beginning it tells a fault that was there
-        before, and not under what conditions this flight was made.
+        before, dated by where it began on the ground, and no condition of this flight.
     command : bool
         A violation is seen in a recorded command: it tells what was asked for, not what was done.
     elapsed : bool

@@ -105,3 +105,15 @@ def test_what_ends_before_a_moment_does_not_depend_on_what_follows(raised, cut):
     alarms = alarms_of(BANK, raised)
     until = find_runs(alarms, 0, cut)
     assert all(run in until for run in find_runs(alarms, 0, 200) if run.end < cut)
+
+
+@pytest.mark.parametrize(("since", "onset"), [(-np.inf, 5.0), (20.0, 20.0), (60.0, 30.0)])
+def test_what_holds_always_is_dated_on_the_ground_but_not_in_the_flight_before(since, onset):
+    """An alarm from 5 s on, a flight from 30 s on; of any other statement it begins with that."""
+    text = model({"gps": ["x"]})
+    limit = "limits:\n  far: {variable: x, max: 9, component: gps%s}\n"
+    for more, right in ((", always: true", onset), ("", 30.0)):
+        bank = bank_of(text + limit % more)
+        alarms = alarms_of(bank, {limit_row(bank, "far"): [(5, 60)]})
+        (run,) = find_runs(alarms, 30, 100, since)
+        assert run.onset == right
