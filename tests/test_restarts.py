@@ -8,6 +8,7 @@ import pytest
 
 from fdi import analyze, read
 from fdi.diagnosis.recording_end import recording_end
+from fdi.report.explained import explained
 from fdi.telemetry.clock import last_boot
 from fdi.telemetry.supply import supplies
 from tests.flights import EXAMPLES, SHARED, joined, records
@@ -79,6 +80,9 @@ def test_a_board_whose_voltage_fell_is_the_cause(flight, analysed):
     assert found.log.ends[-1].how == "restarted"
     assert [one.component for one in found.findings] == ["power"]
     assert "board 3.6 V after 5.0 V" in " ".join(one.text for one in found.stood_out)
+    told = explained(found, "facts")
+    assert f"rests on the last record before: log {found.log.ends[-1].at:.1f} s" in told
+    assert "rests on POWER_STATUS.Vcc: 3.60 V at log " in told
 
 
 def test_without_a_voltage_of_the_board_nobody_is_accused(analysed):

@@ -53,6 +53,7 @@ def test_it_stands_in_the_chain_in_what_was_first_and_among_the_facts(answer):
     (fact,) = (one for one in found.stood_out if one.about == "parameter")
     assert fact.text.startswith(f"{words} in flight (log 40.0 s)")
     assert "s later: motor 1 (front right)" in fact.text
+    assert fact.records == (f"parameter {NAME} at log 40.0 s: 1.5, 0.135 until then",)
     events, _ = told_events(found.log, 100)
     assert words in [one.event.text for one in events]
 

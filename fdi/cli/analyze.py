@@ -121,8 +121,8 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
     "--explain",
     metavar="TEST",
     help="Print what a test did, and why it was judged or not. TEST is a test's id, an "
-    "equation, a component (all of its tests), or all. No files are written without "
-    "--out.",
+    "equation, a component (all of its tests), all, or facts (what stood out, with the records "
+    "it rests on). No files are written without --out.",
 )
 @click.option("--check", is_flag=True, help="Exit with code 1 if a component is accused.")
 @force_option()

@@ -14,6 +14,9 @@ from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
+NEW_S: Final = 10.0
+"""After a restart, in which an autopilot greets."""
+MOST_TEXTS: Final = 3
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
 _KINDS: Final = {
@@ -25,17 +28,19 @@ _KINDS: Final = {
 
 def recording_end(log: Log) -> tuple[Fact, ...]:
     """Return what is known of why an autopilot ceased or the recording does, in flight."""
-    ceased = tuple(Fact(ENDING, _restart(log, end)) for end in log.ends if end.how == "restarted")
+    ceased = tuple(_ceased(log, end) for end in log.ends if end.how == "restarted")
     if not any(end.how in _OPEN for end in log.ends[-1:]):
         return ceased
     stop = log.span[1]
-    power = _power(supplies(log.messages, stop))
+    told = supplies(log.messages, stop)
+    power = _power(told)
     other = _KINDS.get(log.format, "")
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
-    return (*ceased, Fact(ENDING, f"{text}; {other}" if other else text))
+    text = f"{text}; {other}" if other else text
+    return (*ceased, Fact(ENDING, text, records=tuple(one.record() for one in told)))
 
 
 def _power(told: Sequence[Supply]) -> str:
@@ -46,11 +51,26 @@ def _power(told: Sequence[Supply]) -> str:
     return f"power was {state} at its last records ({' and '.join(one.words() for one in told)})"
 
 
-def _restart(log: Log, end: FlightEnd) -> str:
+def _ceased(log: Log, end: FlightEnd) -> Fact:
+    """Return that an autopilot ceased, with the records that tell it."""
+    anew = log.flights[end.flight].restart
+    told = supplies(log.messages, end.at)
+    said = [
+        e for e in log.events if e.kind == "text" and anew is not None and 0 <= e.t - anew < NEW_S
+    ]
+    records = (
+        f"the last record before: log {end.at:.1f} s",
+        f"time since boot: begins anew at log {anew:.1f} s",
+        *(f'text at log {e.t:.1f} s: "{e.text}"' for e in said[:MOST_TEXTS]),
+        *(one.record() for one in told),
+    )
+    return Fact(ENDING, _restart(log, end, told), records=records)
+
+
+def _restart(log: Log, end: FlightEnd, told: Sequence[Supply]) -> str:
     """Return from when to when an autopilot gave nothing, and what is known of its supply."""
     anew = log.flights[end.flight].restart
     is_last = end.flight == len(log.flights) - 1
-    told = supplies(log.messages, end.at)
     after = " and ".join(f"{s.name} {s.after:.1f} V" for s in told if s.after is not None)
     return (
         f"the autopilot gave nothing from log {end.at:.1f} to {anew:.1f} s, and then its clock "

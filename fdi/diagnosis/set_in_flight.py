@@ -36,6 +36,13 @@ def orders_by_parameter(alarms: Alarms) -> tuple[Fact, ...]:
     return tuple(_facts(orders, alarms))
 
 
+def _record(event: Event) -> str:
+    """Return the record by which a parameter is known to have been set."""
+    value = "" if event.value is None else f": {event.value:g}"
+    before = "" if event.before is None else f", {event.before:g} until then"
+    return f"parameter {event.text} at log {event.t:.1f} s{value}{before}"
+
+
 def _facts(orders: Sequence[Sequence[Event]], alarms: Alarms) -> Iterator[Fact]:
     whom = concerns(alarms.residuals.bank)
     for one in orders[:MOST]:
@@ -49,6 +56,6 @@ def _facts(orders: Sequence[Sequence[Event]], alarms: Alarms) -> Iterator[Fact]:
         first = min(later, key=lambda found: found.at, default=None)
         if first is not None:
             text += f"; {first.at - one[0].t:.1f} s later: {inside(first.text)}"
-        yield Fact(PARAMETER, text)
+        yield Fact(PARAMETER, text, records=tuple(_record(event) for event in one))
     if len(orders) > MOST:
         yield Fact(PARAMETER, f"parameters were set {len(orders) - MOST} more times in flight")

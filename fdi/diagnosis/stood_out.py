@@ -44,12 +44,15 @@ class Fact(Shown):
         Whether it is beyond doubt set up wrongly.
     leads : bool
         Whether it belongs into the verdict where nobody is accused.
+    records : tuple of str
+        What of the log it rests on, record by record; of a check its own numbers tell that.
     """
 
     about: str
     text: str
     is_wrong: bool = False
     leads: bool = False
+    records: tuple[str, ...] = ()
 
 
 def stood_out(checks: Sequence[Check], alarms: Alarms, diagnosis: Diagnosis) -> tuple[Fact, ...]:

@@ -1,8 +1,8 @@
 """What did a test do, and why was it judged or not? The text of ``fdi analyze --explain TEST``.
 
 In: an analysis and a test: the id of a residual generator, the name of the statement that it leaves
-over, a component, or ``all``. Out: a table of the tests meant, and for up to `MOST_TOLD` of them
-everything that the decision went by.
+over, a component, ``all``, or ``facts``: what stood out, with the records it rests on. Out: a table
+of the tests meant, and for up to `MOST_TOLD` of them everything that the decision went by.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from fdi.units import customary
 if TYPE_CHECKING:
     from fdi.result import Analysis
 
+FACTS: Final = "facts"
 MOST_TOLD: Final = 5
 MOST_ALARMS: Final = 10
 
@@ -37,6 +38,8 @@ def explained(analysis: Analysis, test: str) -> str:
     UsageError
         There is no such test in this analysis.
     """
+    if test == FACTS:
+        return "\n".join(_facts(analysis)) + "\n"
     whom = concerns(analysis.bank)
     rows = _meant(analysis, whom, test)
     lines = ["| test | statement | concerns | judged | largest, of its threshold | alarms |"]
@@ -53,6 +56,19 @@ def explained(analysis: Analysis, test: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _facts(analysis: Analysis) -> Iterator[str]:
+    """Yield what stood out, each with the records on which it rests."""
+    if not analysis.stood_out:
+        yield "Nothing stood out in this log."
+    numbers = {check.name: check.numbers for check in analysis.setup}
+    for fact in analysis.stood_out:
+        yield f"{clean(fact.about)}: {clean(fact.text)}"
+        for record in fact.records:
+            yield f"  rests on {clean(record)}"
+        for name, value in numbers.get(fact.about, {}).items():
+            yield f"  {clean(name)}: {value:.4g}"
+
+
 def _meant(analysis: Analysis, whom: Concerns, test: str) -> list[int]:
     equations = analysis.bank.system.equations
     found = [
@@ -64,7 +80,7 @@ def _meant(analysis: Analysis, whom: Concerns, test: str) -> list[int]:
         ids = ", ".join(generator.id for generator in analysis.bank.generators[:3])
         raise UsageError(
             f"there is no test {test!r} in this analysis",
-            hint=f"give an id such as {ids}, a statement, a component, or all",
+            hint=f"give an id such as {ids}, a statement, a component, {FACTS}, or all",
         )
     return found
 

@@ -30,12 +30,17 @@ _FIELDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Supply:
-    """A voltage about a moment, V: before it, at its last record, at the first one after."""
+    """A voltage about a moment, V: before it, at its last record, at the first one after.
+
+    ``source`` is the field that tells it, ``at`` the time of its last record, s.
+    """
 
     name: str
     before: float
     last: float
     after: float | None
+    source: str
+    at: float
 
     @property
     def kept(self) -> bool:
@@ -46,6 +51,11 @@ class Supply:
         """Return its name and voltage, with that of before where it fell."""
         fell = "" if self.kept else f" after {self.before:.1f} V"
         return f"{self.name} {self.last:.1f} V{fell}"
+
+    def record(self) -> str:
+        """Return the record that tells it."""
+        before = f"median of the {BEFORE_S:.0f} s before {self.before:.2f} V"
+        return f"{self.source}: {self.last:.2f} V at log {self.at:.1f} s, {before}"
 
 
 def supplies(messages: Mapping[str, Message], at: float) -> tuple[Supply, ...]:
@@ -65,10 +75,12 @@ def _supply(
         return None
     known = np.isfinite(message.si(field))
     t, value = message.t[known], message.si(field)[known]
-    late = value[(t > at - LAST_S) & (t <= at)]
+    is_late = (t > at - LAST_S) & (t <= at)
+    late = value[is_late]
     early = value[(t <= at - LAST_S) & (t > at - BEFORE_S)]
     if not late.size or not early.size:
         return None
     after = value[(t > at) & (t <= at + BEFORE_S)]
     first = float(after[0]) if after.size else None
-    return Supply(name, float(np.median(early)), float(late[-1]), first)
+    before, last, told = float(np.median(early)), float(late[-1]), float(t[is_late][-1])
+    return Supply(name, before, last, first, f"{key}.{field}", told)

@@ -182,6 +182,13 @@ def test_explain_of_many_tests_says_how_to_learn_more_and_keeps_warnings(run: Ru
     assert "fdi: warning: " not in run("analyze", LOG, "--explain", "all", "--quiet").err
 
 
+def test_explain_facts_tells_what_stood_out_and_by_which_numbers(run: Run) -> None:
+    ended = run("analyze", LOG, "--explain", "facts")
+    assert ended.code == 0
+    assert "| test |" not in ended.out
+    assert not list(Path().iterdir())
+
+
 def test_explaining_a_test_that_there_is_none_of_names_some(run: Run, model: Path) -> None:
     ended = run("analyze", LOG, "--model", model, "--explain", "nothing_like_it")
     assert (ended.code, ended.out) == (2, "")
