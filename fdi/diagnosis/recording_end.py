@@ -55,9 +55,8 @@ def _ceased(log: Log, end: FlightEnd) -> Fact:
     """Return that an autopilot ceased, with the records that tell it."""
     anew = log.flights[end.flight].restart
     told = supplies(log.messages, end.at)
-    said = [
-        e for e in log.events if e.kind == "text" and anew is not None and 0 <= e.t - anew < NEW_S
-    ]
+    assert anew is not None  # that is how it ended
+    said = [e for e in log.events if e.kind == "text" and 0 <= e.t - anew < NEW_S]
     records = (
         f"the last record before: log {end.at:.1f} s",
         f"time since boot: begins anew at log {anew:.1f} s",

@@ -17,6 +17,7 @@ from fdi.decision.scatter import SCATTER_S
 from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.values import runs
 from fdi.errors import UsageError
+from fdi.report.stood_out import stood_out_lines
 from fdi.report.words import clean
 from fdi.residuals.bank import SURE
 from fdi.telemetry.airtime import when_in_air
@@ -61,8 +62,8 @@ def _facts(analysis: Analysis) -> Iterator[str]:
     if not analysis.stood_out:
         yield "Nothing stood out in this log."
     numbers = {check.name: check.numbers for check in analysis.setup}
-    for fact in analysis.stood_out:
-        yield f"{clean(fact.about)}: {clean(fact.text)}"
+    for fact, line in zip(analysis.stood_out, stood_out_lines(analysis), strict=True):
+        yield clean(line)
         for record in fact.records:
             yield f"  rests on {clean(record)}"
         for name, value in numbers.get(fact.about, {}).items():
@@ -153,6 +154,6 @@ def _details(row: int, analysis: Analysis, whom: Concerns) -> Iterator[str]:
     for start, end in raised[:MOST_ALARMS]:
         inside = (residuals.t >= start) & (residuals.t < end)
         top = float(np.nanmax(alarms.strength[row, inside]))
-        yield f"  alarm from {start:.1f} to {end:.1f} s, up to {top:.2f} of its threshold"
+        yield f"  alarm from {start:z.1f} to {end:.1f} s, up to {top:.2f} of its threshold"
     if len(raised) > MOST_ALARMS:
         yield f"  and {len(raised) - MOST_ALARMS} more alarms, to {raised[-1][1]:.1f} s"

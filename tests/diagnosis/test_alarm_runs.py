@@ -6,6 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.diagnosis.alarm_runs import find_runs
+from fdi.diagnosis.hypotheses import inquire
+from fdi.telemetry.events import Flight
 
 from .build import CONFIRM_S, RATE, alarms_of, bank_of, limit_row, model
 
@@ -117,3 +119,15 @@ def test_what_holds_always_is_dated_on_the_ground_but_not_in_the_flight_before(s
         alarms = alarms_of(bank, {limit_row(bank, "far"): [(5, 60)]})
         (run,) = find_runs(alarms, 30, 100, since)
         assert run.onset == right
+
+
+def test_of_a_second_flight_it_is_dated_after_the_first():
+    text = (
+        model({"gps": ["x"]})
+        + "limits:\n  far: {variable: x, max: 9, component: gps, always: true}\n"
+    )
+    bank = bank_of(text)
+    flights = (Flight(0, 40, takeoff=10, landing=30), Flight(50, 100, takeoff=60, landing=90))
+    alarms = alarms_of(bank, {limit_row(bank, "far"): [(5, 95)]}, flights=flights)
+    first, second = inquire(alarms)
+    assert [one.runs[0].onset for one in (first, second)] == [5.0, 30.0]

@@ -26,7 +26,7 @@ from fdi.methods.setup.interval import Interval, by_parts, in_degrees, numbers_o
 from fdi.methods.setup.orientation import orientation_of, turned_by
 from fdi.methods.setup.records import Series, attitude, series, spins, stretches, within
 from fdi.methods.setup.rotations import Rotation, sensor_rotations, to_earth
-from fdi.methods.setup.turned import turned_about_the_vertical
+from fdi.methods.setup.turned import FITS, turned_about_the_vertical
 from fdi.methods.setup.values import Check, Setting
 from fdi.model.world import world_value
 from fdi.telemetry import Log
@@ -34,9 +34,6 @@ from fdi.telemetry.message import Floats
 
 COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
 _FIELDS: Final = ("xmag", "ymag", "zmag")
-FITS: Final = np.radians(22.5)
-"""Half of the 45 degrees that orientations are apart: a compass off by less is not turned."""
-_STEP: Final = np.radians(45.0)
 _WELL: Final = np.radians(10.0)
 """Another orientation fits: nine in ten compasses that are in order miss by less than 8 degrees."""
 _HALF: Final = 0.5
@@ -147,7 +144,7 @@ def _turned(name: str, angle: Interval, told_by: Setting | None) -> Check | None
         return None
     off = Interval(abs(angle.value), least, most)
     side = "right" if angle.value > 0 else "left"
-    nearest = f"YAW_{round(angle.value / _STEP) % 8 * 45}"
+    nearest = f"YAW_{round(angle.value / (2 * FITS)) % 8 * 45}"
     text = (
         f"it is turned by {in_degrees(off)} to the {side} of how it is told to be mounted "
         f"({nearest}), by gyroscopes, gravity and the Earth's field"

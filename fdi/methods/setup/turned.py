@@ -29,6 +29,8 @@ from fdi.methods.setup.rotations import to_earth
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
+FITS: Final = np.radians(22.5)
+"""Half of the 45 degrees that orientations are apart: a compass off by less is not turned."""
 _WINDOW_S: Final = 120.0
 """Over which a gyroscope's bias is constant; twice as much or half changes nothing that is told."""
 _WINDOWS: Final = 50
@@ -82,7 +84,7 @@ def turned_about_the_vertical(log: Log, readings: Series, model: Floats) -> Inte
     half = len(upright.b) // 2
     for part in (slice(None, half), slice(half, None)):
         own = _solved(_Equations(upright.a[part], upright.b[part]))
-        if np.hypot(*own[:_TURN]) > _FIELD and abs(_apart(own, found.value)) > np.pi / 8:
+        if np.hypot(*own[:_TURN]) > _FIELD and abs(_apart(own, found.value)) > FITS:
             return None
     return found
 

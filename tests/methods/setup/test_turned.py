@@ -1,5 +1,6 @@
 """A compass that is turned about the vertical, and the heading with it: told by gyroscopes."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from fdi.methods.heading.columns import heading_columns
 from fdi.methods.setup import Check, check_setup
 from fdi.methods.setup.compass import compass_readings, earth_field
 from fdi.methods.setup.turned import turned_about_the_vertical
+from fdi.report.explained import explained
 from fdi.telemetry import Log, read
 
 from ..heading.rides import altered
@@ -96,6 +98,8 @@ def test_an_analysis_dates_it_by_the_first_record(tmp_path):
     assert first.component == "compass"
     assert first.onset == pytest.approx(found.log.span[0], abs=0.5)
     assert found.verdict.startswith("Compass was wrong before take-off")
+    told = explained(found, "facts")
+    assert re.search(r"^Compass 1: it is turned by 90 .*\n  turned_deg: (89|90)", told, re.M)
     assert "compass" not in [one.component for one in analyze(ridden(tmp_path, 0.0)).findings]
 
 
