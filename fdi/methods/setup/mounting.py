@@ -73,7 +73,8 @@ def _upright(name: str, log: Log, force: Series) -> Check:
     for where, some in [*seen, ("at rest", _at_rest(log, force))]:
         if some.sum() >= _FEW:
             values = force.values[:, some]
-            size = float(np.linalg.norm(values.mean(axis=1)))
+            # a weight has a size however the vehicle lies, today on its legs and then on its back
+            size = float(np.median(np.linalg.norm(values, axis=0)))
             told.append((where, some, by_parts(_off_top(values), values.shape[1], 0.0), size))
     if not told:
         return Check(name, "not known", "neither a flight nor a rest is long enough")
@@ -125,7 +126,7 @@ def _at_rest(log: Log, force: Series) -> np.ndarray:
     if rates is not None:
         turning = np.interp(force.t, rates.t, np.abs(rates.values).max(axis=0))
         still &= turning < _STILL
-    first = min((part.start for part in stretches(log) if not part.is_start), default=np.inf)
+    first = min((part.start for part in stretches(log)), default=np.inf)
     return np.asarray(still & (force.t < first))
 
 

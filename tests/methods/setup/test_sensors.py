@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from scipy.spatial.transform import Rotation
+from telemetry.build import record
 
 from fdi.methods.setup import Check, check_setup
 from fdi.methods.setup.rotations import sensor_rotations, to_earth
@@ -194,3 +195,19 @@ def test_an_accelerometer_that_reads_another_weight_at_rest_is_wrong(tmp_path, s
     assert check.verdict == verdict
     assert ("its weight is 9.81" in check.text) == (verdict == "wrong")
     assert check.numbers["force_m_s2"] == pytest.approx(9.81 * scale, abs=0.3)
+
+
+def test_a_weight_has_its_size_on_the_legs_and_on_the_back(tmp_path: Path) -> None:
+    """The mean of both is three quarters of it."""
+    parts = []
+    for k in range(8 * 25):
+        stamp, down = 40 * k, -1000 if k < 7 * 25 else 1000
+        parts += [
+            record(k / 25, mav.MAVLink_attitude_message(stamp, *(6 * [0.0]))),
+            record(k / 25, mav.MAVLink_raw_imu_message(1000 * stamp, 0, 0, down, *(6 * [0]))),
+        ]
+    path = tmp_path / "turned over.tlog"
+    path.write_bytes(b"".join(parts))
+    found = {check.name: check for check in check_setup(read(path))}
+    assert found["accelerometer 1"].verdict != "wrong"
+    assert "no weight" not in found["accelerometer 1"].text
