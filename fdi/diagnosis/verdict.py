@@ -136,10 +136,20 @@ def verdict(
     if bad:
         return _unexplained(bad[-1])
     if stayed_down(alarms):
-        return f"The vehicle is never seen to fly. {_quiet(tests)}"
+        return f"The vehicle is never seen to fly. {_grounded(tests)}"
     failsafe, when = _failsafe(endings, signals)
     unfinished, clock = _unfinished(endings, signals)
     return _fitted([*filter(None, (failsafe, unfinished)), _quiet(tests)], [clock, when])
+
+
+def _grounded(tests: Tests) -> str:
+    """Return what is said where nothing flew: that few tests ran does not clear anybody."""
+    if not tests.ran or tests.raised or tests.strayed:
+        return _quiet(tests)
+    return (
+        f"What only a flight shows is not tested: {tests.ran} of {tests.all} tests could run, and "
+        "stayed within what health explains."
+    )
 
 
 def _quiet(tests: Tests) -> str:
@@ -211,7 +221,7 @@ def _end_words(end: FlightEnd) -> str:
         )
         return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
     if end.how == "tipped_over":
-        return f"Tipped over as it touched the ground {clock}"
+        return f"Tipped over on the ground {clock}"
     return f"The recording stops in flight {clock}" if end.how == "in_air" else f"Landed {clock}"
 
 

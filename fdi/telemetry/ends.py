@@ -63,6 +63,10 @@ TOUCH_S: Final = 1.5
 """Before the time of a landing, in which the descent is that of the touch."""
 FALLING: Final = 2.0
 """m/s: who sinks faster with idle rotors falls."""
+SPINNING: Final = 3.5
+"""rad/s about roll and pitch: a vehicle on its legs is not turned so fast."""
+FEW: Final = 3
+"""Records of an attitude, fewer of which are one that flickers."""
 TIPPING_S: Final = 5.0
 """After the ground is touched, in which a vehicle that tips over does so, with turning rotors."""
 STILLED_S: Final = 1.0
@@ -83,10 +87,10 @@ class FlightEnd:
     flight : int
         From 0.
     how : str
-        ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``tipped_over`` (as it
-        touched the ground), ``failsafe`` (landed or in the air, after the autopilot reported one),
-        ``in_air`` (the log ends), ``restarted`` (there, as the autopilot started anew),
-        ``on_ground`` (never left it).
+        ``landed``, ``impact``, ``control_lost`` (and no ground seen), ``tipped_over`` (on the
+        ground, as it touched it or was to leave it), ``failsafe`` (landed or in the air, after the
+        autopilot reported one), ``in_air`` (the log ends), ``restarted`` (there, as the autopilot
+        started anew), ``on_ground`` (never left it).
     at : float
         s of the log's clock.
     speed : float or None
@@ -152,6 +156,9 @@ def _end(
     has_rotors: bool,
 ) -> FlightEnd:
     if not flight.flew:
+        flipped = _turns_over(messages, flight) if has_rotors else None
+        if flipped is not None:
+            return FlightEnd(number, "tipped_over", flipped, overturned=flipped)
         return FlightEnd(number, "on_ground", flight.end)
     low, high = flight.airborne
     lost, by, over = _lost_control(messages, events, flights, flight, has_rotors=has_rotors)
@@ -190,6 +197,26 @@ def _tips_over(messages: Mapping[str, Message], events: Sequence[Event], landing
     stilled = (e.t for e in events if e.kind == "disarm" and e.t >= landing - TOUCH_S)
     is_driven = since <= min(stilled, default=np.inf) + STILLED_S
     return bool(is_driven and attitude.t[near][-1] - since >= OUT_S)
+
+
+def _turns_over(messages: Mapping[str, Message], flight: Flight) -> float | None:
+    """Return since when, s, it falls over that was to leave the ground, to the end or disarming.
+
+    Over in a spin it is upright at times.
+    """
+    attitude = messages.get("ATTITUDE")
+    names = ("roll", "pitch", "rollspeed", "pitchspeed")
+    if attitude is None or any(name not in attitude for name in names):
+        return None
+    inside = (attitude.t >= flight.start) & (attitude.t <= flight.end)
+    t = attitude.t[inside]
+    roll, pitch, *rates = (attitude.si(name)[inside] for name in names)
+    lies = np.cos(roll) * np.cos(pitch) < np.cos(TILT)
+    falls = lies | (np.hypot(*rates) > SPINNING)
+    since = _to_the_end(t, falls, flight.end, 0.0)
+    if since is None or since <= t[0] or not lies[t >= since].any():
+        return None
+    return since if np.count_nonzero(falls[t >= since]) >= FEW else None
 
 
 def _touch_speed(messages: Mapping[str, Message], landing: float) -> float | None:

@@ -20,7 +20,7 @@ BADLY: Final = {
     "impact": "hit the ground",
     "restarted": "the autopilot started anew in the air",
     "failsafe": "ended in a failsafe",
-    "tipped_over": "tipped over as it touched the ground",
+    "tipped_over": "tipped over on the ground",
 }
 
 

@@ -38,7 +38,7 @@ _HOW: Final = {
     "in_air": "The recording stops in flight.",
     "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",
-    "tipped_over": "It tipped over as it touched the ground.",
+    "tipped_over": "It tipped over on the ground.",
     "control_lost": "Out of control; the recording stops before it hits anything.",
 }
 
