@@ -57,7 +57,7 @@ METHODS: Final = click.option(
     metavar="none|all|LIST",
     callback=read_methods,
     help="Methods whose tests are weighed with the model's: estimator, heading, observer, "
-    "voting. By default those of the policy.",
+    "response, voting. By default those of the policy.",
 )
 
 

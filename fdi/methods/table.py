@@ -15,10 +15,11 @@ from fdi.methods.columns import Method
 from fdi.methods.estimator.columns import ESTIMATOR
 from fdi.methods.heading.columns import HEADING
 from fdi.methods.observer.columns import OBSERVER
+from fdi.methods.response import RESPONSE
 from fdi.methods.voting.columns import VOTING
 
 METHODS: Final[Mapping[str, Method]] = MappingProxyType(
-    {method.name: method for method in (ESTIMATOR, HEADING, OBSERVER, VOTING)}
+    {method.name: method for method in (ESTIMATOR, HEADING, OBSERVER, RESPONSE, VOTING)}
 )
 
 

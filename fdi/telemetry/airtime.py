@@ -16,8 +16,10 @@ from fdi.telemetry.signals import Signals
 
 def in_air(flight: Flight) -> tuple[float, float]:
     """Return from when to when, s, an alarm of a flight may accuse."""
-    # a log that begins in the air begins with filters and controllers that have not settled
-    start = flight.start + 2 * SETTLING_S if flight.takeoff is None else flight.takeoff
+    start = flight.airborne[0]
+    if flight.flew and flight.takeoff is None:
+        # a log that begins in the air begins with filters and controllers that have not settled
+        start += 2 * SETTLING_S
     ends = (flight.landing, flight.impact, flight.end)
     return start, min(end for end in ends if end is not None)
 

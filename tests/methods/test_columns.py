@@ -121,7 +121,7 @@ def test_a_model_that_names_a_method_which_there_is_not_is_told_so(model):
     (said,) = fdi.residuals_of(small_log(), model, "paper").silent
     assert said == (
         "the model takes altimeters from the method altimeters, which there is not (there are "
-        "estimator, heading, observer, voting): what it would show is left out"
+        "estimator, heading, observer, response, voting): what it would show is left out"
     )
     given, _ = with_columns(small_log(), [MINE])
     assert fdi.residuals_of(given, model, "paper").silent == ()
@@ -148,8 +148,8 @@ def test_a_policy_may_name_only_methods_that_there_are(tmp_path):
     text = policy_text(load_policy("default"))
     path = tmp_path / "mine.yaml"
     path.write_text(text)
-    assert load_policy(path).methods == ("estimator", "heading", "voting")
-    assert load_policy("default").methods == ("estimator", "heading", "voting")
+    assert load_policy(path).methods == ("estimator", "heading", "response", "voting")
+    assert load_policy("default").methods == ("estimator", "heading", "response", "voting")
     path.write_text(text.replace("estimator", "nonsense"))
     with pytest.raises(ModelError, match="there is no method nonsense"):
         load_policy(path)

@@ -8,6 +8,7 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``checks.py``: the table of all checks, `check_setup`
 - ``records.py``: the log's own records, and the stretches that count
 - ``moments.py``: change of body rates against inputs, interval by interval
+- ``against.py``: by what angle a vehicle turns against what its motors are asked for
 - ``arrangements.py``: other ways in which motors may be arranged
 - ``judge.py``: which arrangement the moments speak for
 - ``motors.py``, ``surfaces.py``: multicopters, planes

@@ -92,8 +92,10 @@ def intervals(
     """
     step = max(min(_STEP_S, rates.period, inputs.period), _LEAST_STEP_S)
     grids = tuple(_grid(rates, inputs, part, step) for part in parts)
-    cuts = {times: _cuts(rates, inputs, grids, times) for times in LENGTHS}
     has_trim = not any(part.is_start for part in parts)
+    # a flip is over within a few records of the outputs: those between are taken to be on the way
+    period = max(rates.period, inputs.period if has_trim else 0.0, _LEAST_STEP_S)
+    cuts = {times: _cuts(rates, inputs, grids, times * period) for times in LENGTHS}
     for delay in DELAYS_S:
         given = [_sampled(inputs, fine - delay) for fine in grids]
         for lag in LAGS_S:
@@ -120,9 +122,10 @@ def _grid(rates: Series, inputs: Series, part: Stretch, step: float) -> Floats:
     return uniform(start, min(part.end, rates.t[-1], inputs.t[-1]), step, records=records)
 
 
-def _cuts(rates: Series, inputs: Series, grids: tuple[Floats, ...], times: int) -> dict[int, _Cut]:
-    """Return the stretches that hold three intervals at least, by their number."""
-    length = times * max(rates.period, inputs.period, _LEAST_STEP_S)
+def _cuts(
+    rates: Series, inputs: Series, grids: tuple[Floats, ...], length: float
+) -> dict[int, _Cut]:
+    """Return the stretches that hold three intervals of a length, s, at least, by their number."""
     return {
         number: _cut(rates, inputs, fine, length)
         for number, fine in enumerate(grids)

@@ -14,6 +14,14 @@ from typing import Final
 
 import numpy as np
 
+from fdi.methods.setup.against import (
+    APART_S,
+    HALF_A_TURN,
+    Against,
+    asked_moments,
+    lift_off,
+    turned_against,
+)
 from fdi.methods.setup.arrangements import ALIKE, Arrangement, arrangements, cosines, directions_of
 from fdi.methods.setup.judge import CERTAIN, Judgement, judge
 from fdi.methods.setup.records import Series, body_rates, series, stretches
@@ -44,7 +52,7 @@ def check_motors(log: Log) -> Iterator[Check]:
     if log.vehicle not in (*ROTORS, "other"):
         return
     motors = motors_of(log.parameters, log.autopilot, log.vehicle)
-    missing = _missing(log, motors)
+    missing = lacking(log, motors)
     if missing:
         yield Check(NAME, "not known", missing)
         return
@@ -53,15 +61,40 @@ def check_motors(log: Log) -> Iterator[Check]:
     assert inputs is not None
     ways = arrangements(log, motors)
     found = judge(rates, inputs, stretches(log), ways)
-    if found is None:
-        yield Check(NAME, "not known", "the log holds no flight long enough to see moments")
+    flip = _flip(log, rates, inputs, motors)
+    if found is not None:
+        yield _told(found, ways, flip)
+    elif flip.angle > HALF_A_TURN:
+        text = f"they do not turn the vehicle as the frame says: {_turned(flip)}"
+        yield Check(NAME, "wrong", text, {"turned_against_deg": float(np.degrees(flip.angle))})
     else:
-        yield _told(found, ways)
+        yield Check(NAME, "not known", "the log holds no flight long enough to see moments")
+
+
+def _flip(log: Log, rates: Series, thrusts: Series, motors: tuple[Motor, ...]) -> Against:
+    """Return by how much it turned against its motors as it left the ground."""
+    shares = motor_shares(log, motors)
+    none = Against(0.0, np.nan)
+    if shares is None or max(rates.period, thrusts.period) > APART_S:
+        return none
+    moments = asked_moments(rates.t, thrusts, motors)
+    seen = (turned_against(lift_off(rates, moments, shares, one)) for one in log.flights)
+    return max(seen, key=lambda one: one.angle, default=none)
+
+
+def _turned(flip: Against) -> str:
+    turns = flip.angle / (2 * HALF_A_TURN)
+    return f"it turned by {turns:.1f} turns against them (log {flip.since:.1f} s)"
+
+
+def motor_shares(log: Log, motors: tuple[Motor, ...]) -> Series | None:
+    """Return the output to every motor, (m, n), as a share of its range."""
+    return series(log, "MOTORS", tuple(f"motor_{m.number}" for m in motors))
 
 
 def motor_thrusts(log: Log, motors: tuple[Motor, ...]) -> Series | None:
     """Return the thrust of every motor, (m, n), as a share of its largest."""
-    shares = series(log, "MOTORS", tuple(f"motor_{m.number}" for m in motors))
+    shares = motor_shares(log, motors)
     return None if shares is None else Series(shares.t, thrust_of(log, shares.values))
 
 
@@ -81,8 +114,8 @@ def thrust_of(log: Log, share: Floats) -> Floats:
     return np.asarray((1 - bend) * x + bend * x**2)
 
 
-def _missing(log: Log, motors: tuple[Motor, ...]) -> str:
-    """Return what keeps the motors from being checked, "" for nothing."""
+def lacking(log: Log, motors: tuple[Motor, ...]) -> str:
+    """Return in words what keeps a log from showing what its motors do, "" for nothing."""
     if not motors:
         return "the log does not tell a frame whose motors are known to stand somewhere"
     rates, inputs = body_rates(log), motor_thrusts(log, motors)
@@ -98,7 +131,7 @@ def _missing(log: Log, motors: tuple[Motor, ...]) -> str:
     return ""
 
 
-def _told(found: Judgement, ways: tuple[Arrangement, ...]) -> Check:
+def _told(found: Judgement, ways: tuple[Arrangement, ...], flip: Against) -> Check:
     told, best = ways[0], ways[found.best]
     numbers = {
         "misfit_as_set": float(found.misfit[0]),
@@ -109,12 +142,16 @@ def _told(found: Judgement, ways: tuple[Arrangement, ...]) -> Check:
             f"explained_{a}": float(e)
             for a, e in zip(_AXES, found.explained[found.best], strict=True)
         },
+        "turned_against_deg": float(np.degrees(flip.angle)),
     }
-    if found.best and _beyond_doubt(found, told, best):
+    if flip.angle > HALF_A_TURN or (found.best and _beyond_doubt(found, told, best)):
         near = _near(found, ways)
         only = near[0].setting if len(near) == 1 and len(near[0].words) == 1 else None
         settings = () if only is None else (only,)
-        return Check(NAME, "wrong", _accusation(found, near), numbers, settings)
+        text = _accusation(found, near)
+        if flip.angle > HALF_A_TURN:
+            text += f"; {_turned(flip)}"
+        return Check(NAME, "wrong", text, numbers, settings)
     open_ways = [w for i, w in enumerate(ways) if i and found.ahead[i] < CERTAIN]
     others = len(ways) - 1
     excluded = others - len(open_ways)
@@ -161,13 +198,14 @@ def _near(found: Judgement, ways: tuple[Arrangement, ...]) -> list[Arrangement]:
 def _accusation(found: Judgement, near: list[Arrangement]) -> str:
     """Return in words what fits instead, and by how much better."""
     words = [word for way in near for word in way.words]
-    fall = (
-        f"moment residuals fall from {found.misfit[0]:.1f} to {found.misfit[found.best]:.1f} "
-        "standard errors"
-    )
-    if len(words) == 1:
-        return f"{words[0]}: {fall}"
     named, rest = words[:_MOST_NAMED], len(words) - _MOST_NAMED
     more = f", or {rest} less likely way{'s' if rest > 1 else ''}" if rest > 0 else ""
     said = ", or ".join(named) + more
-    return f"they do not turn the vehicle as the frame says; what fits: {said}: {fall}"
+    if len(words) > 1:
+        said = f"they do not turn the vehicle as the frame says; what fits: {said}"
+    if not found.best:  # only the flip speaks against the frame as set
+        return said
+    return (
+        f"{said}: moment residuals fall from {found.misfit[0]:.1f} to "
+        f"{found.misfit[found.best]:.1f} standard errors"
+    )

@@ -88,8 +88,15 @@ def test_records_a_second_apart_say_nothing_of_moments(tmp_path: Path) -> None:
     assert "1.0 s apart" in check.text
 
 
-def test_a_flip_at_four_hertz_is_too_short_to_accuse_motors_of_a_swap(tmp_path: Path) -> None:
-    assert told(tmp_path, rate=4, places=(0, 1, 3, 2)).verdict == "not known"
+def test_a_flip_at_four_hertz_tells_that_and_not_which_motors_are_swapped(tmp_path: Path) -> None:
+    check = told(tmp_path, rate=4, places=(0, 1, 3, 2))
+    assert check.verdict == "wrong"
+    assert "turns against them" in check.text
+    assert "swapped" not in check.text
+
+
+def test_a_flip_at_two_hertz_tells_nothing(tmp_path: Path) -> None:
+    assert told(tmp_path, rate=2, places=(0, 1, 3, 2)).verdict == "not known"
 
 
 def test_a_hexacopter_s_log_has_no_motors_of_a_quad(tmp_path: Path) -> None:

@@ -1,0 +1,95 @@
+"""Does a multicopter turn as its motors are asked to, from the moment its rotors turn?
+
+In: a log. Out: `Columns` at the records of the body rates. Nothing is learned and nothing needs a
+flight: a vehicle that flips as it leaves the ground has none.
+
+- ``turned_against``: the largest angle, rad, by which it turned about roll or pitch against what
+  its motors were asked for (``setup/against.py``), up to a few seconds after take-off. It stands
+  there from when the rotors begin to turn: what is mounted wrongly was so before it showed. Later
+  on the tests of the motors see it
+- ``swinging``: for how long, s, a vehicle that never left the ground has swung about an axis, and
+  its motors with it. On legs that give, a healthy one may swing as well until it lifts off, so one
+  that flew is not asked
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from fdi.methods.columns import Columns, Method
+from fdi.methods.setup.against import APART_S, LiftOff, asked_moments, lift_off, turned_against
+from fdi.methods.setup.motors import lacking, motor_shares, thrust_of
+from fdi.methods.setup.records import Series, body_rates
+from fdi.telemetry import Log
+from fdi.telemetry.message import Floats
+from fdi.telemetry.motors import ROTORS, motors_of
+from fdi.windows import runs_of
+
+UNITS: Final = {"turned_against": "rad", "swinging": "s"}
+_SWING_S: Final = 0.5  # over which a swing is taken: of 2 Hz and more, no person's hand
+_SWING_APART_S: Final = 0.15  # records further apart show no such swing
+_SWINGS: Final = 0.2  # rad/s, root mean square: rotors shake a vehicle that stands by 0.03 to 0.08
+_DRIVEN: Final = 0.05  # of the largest moment, likewise
+
+
+def response_columns(log: Log) -> Columns | str | None:
+    """Return how a multicopter turns against its motors, or why that is not known."""
+    if log.vehicle not in ROTORS:
+        return None
+    motors = motors_of(log.parameters, log.autopilot, log.vehicle)
+    lacks = lacking(log, motors)
+    rates, shares = body_rates(log), motor_shares(log, motors)
+    if lacks or rates is None or shares is None:
+        return lacks
+    slowest = max(rates.period, shares.period)
+    if slowest > APART_S:
+        return f"records are {slowest:.1f} s apart, too far to see how the vehicle turns"
+    moments = asked_moments(rates.t, Series(shares.t, thrust_of(log, shares.values)), motors)
+    parts = [
+        _columns_of(
+            lift_off(rates, moments, shares, flight),
+            may_swing=not flight.flew and slowest <= _SWING_APART_S,
+        )
+        for flight in log.flights
+    ]
+    if not parts:
+        return "the vehicle was never armed"
+    t = np.concatenate([own.t for own in parts])
+    values = np.concatenate([own.values for own in parts], axis=1)
+    return Columns(t, dict(zip(UNITS, values, strict=True)), "MOTORS", UNITS)
+
+
+RESPONSE: Final = Method("response", response_columns)
+
+
+def _columns_of(seen: LiftOff, *, may_swing: bool) -> Series:
+    """Return both columns, (2, n), of a flight; the second unknown where that is not asked."""
+    against = np.full(seen.t.size, turned_against(seen).angle)
+    swung = np.full(seen.t.size, np.nan)
+    if may_swing:
+        axes = zip(seen.rates, seen.moments, strict=True)
+        swung = np.max([_swung(seen.t, *axis) for axis in axes], axis=0)
+    return Series(seen.t, np.array([against, swung]))
+
+
+def _swung(t: Floats, rate: Floats, moment: Floats) -> Floats:
+    """Return for how long, s, a vehicle has swung about an axis, 0 where it does not, (n,)."""
+    swings = (_scatter(t, rate) > _SWINGS) & (_scatter(t, moment) > _DRIVEN)
+    lasted = np.zeros(t.size)
+    for low, high in runs_of(swings):
+        lasted[low:high] = t[low:high] - t[low]
+    return lasted
+
+
+def _scatter(t: Floats, values: Floats) -> Floats:
+    """Return the root mean square about the mean of half a second around, (n,)."""
+    return np.sqrt(_around(t, (values - _around(t, values)) ** 2))
+
+
+def _around(t: Floats, values: Floats) -> Floats:
+    total = np.insert(np.cumsum(values), 0, 0.0)
+    low = np.searchsorted(t, t - _SWING_S / 2)
+    high = np.searchsorted(t, t + _SWING_S / 2, side="right")
+    return np.asarray((total[high] - total[low]) / (high - low))
