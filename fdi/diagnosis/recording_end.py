@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
@@ -17,6 +19,8 @@ from fdi.telemetry.supply import LAST_S, Supply, supplies
 NEW_S: Final = 10.0
 """After a restart, in which an autopilot greets."""
 MOST_TEXTS: Final = 3
+_KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
+_MINUTE_S: Final = 60.0
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
 _KINDS: Final = {
@@ -39,8 +43,36 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
-    text = f"{text}; {other}" if other else text
-    return (*ceased, Fact(ENDING, text, records=tuple(one.record() for one in told)))
+    unwritten, *buffered = _unwritten(log, stop) or ("",)
+    text = "; ".join(filter(None, (text, other, unwritten)))
+    return (*ceased, Fact(ENDING, text, records=(*(one.record() for one in told), *buffered)))
+
+
+def _unwritten(log: Log, stop: float) -> tuple[str, str] | None:
+    """Return how much the recorder of ArduPilot had in its buffer, and the records that tell it.
+
+    ``DSF``, once a second: bytes that were written, and what was free of the buffer, on average and
+    at least (AP_Logger_Backend.cpp, ``Write_AP_Logger_Stats_File``).
+    """
+    size = _KIB * log.parameters.get("LOG_FILE_BUFSIZE", 0.0)
+    told = log.messages.get("DSF")
+    if log.format != "dataflash" or size <= 0 or told is None:
+        return None
+    if any(name not in told for name in ("Bytes", "FAv", "FMn")):
+        return None
+    late = (told.t > stop - _MINUTE_S) & (told.t <= stop)
+    written, usual, least = (told.raw(n)[told.kept][late] for n in ("Bytes", "FAv", "FMn"))
+    rate = float(np.median(written)) if late.any() else 0.0
+    if rate <= 0 or not 0 <= least.min() <= usual.max() <= size:
+        return None
+    as_a_rule, most = (size - float(np.median(usual))) / rate, (size - float(least.min())) / rate
+    return (
+        f"if power went, what the recorder had not written yet is missing: {as_a_rule:.1f} s as a "
+        f"rule, {most:.1f} s at most in the minute before",
+        f"DSF from log {told.t[late][0]:.1f} to {told.t[late][-1]:.1f} s: {rate:.0f} bytes a "
+        f"second, free of the buffer of {size:.0f} on average {np.median(usual):.0f}, at least "
+        f"{least.min():.0f}",
+    )
 
 
 def _power(told: Sequence[Supply]) -> str:

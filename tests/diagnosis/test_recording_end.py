@@ -52,3 +52,29 @@ def test_a_disarming_just_before_is_told_as_what_stops_recorders():
 @pytest.mark.parametrize("how", ["landed", "impact", "tipped_over", "on_ground"])
 def test_another_end_needs_no_reason(how):
     assert recording_end(log(how)) == ()
+
+
+def buffered(free: float, least: float, size: float = 200.0, form: str = "dataflash") -> str:
+    """Return the fact of a log whose recorder writes 20 kB a second."""
+    second = np.arange(0.0, 60.0, 1.0)
+    parts = {"DSF.Bytes": 20_000.0, "DSF.FAv": free, "DSF.FMn": least}
+    columns = {"t": second, **{name: np.full(60, value) for name, value in parts.items()}}
+    columns["DSF.FMn"][:30] = free
+    made = log_from_columns(columns)
+    cache = {"ends": (FlightEnd(0, "in_air", 59.0),), "events": ()}
+    told = {"LOG_FILE_BUFSIZE": size}
+    (fact,) = recording_end(replace(made, format=form, parameters=told, _cache=cache))
+    return fact.text
+
+
+def test_what_the_recorder_had_not_written_is_told_in_seconds():
+    whole = 200 * 1024
+    text = buffered(whole - 2_000, whole - 24_000)
+    assert "is missing: 0.1 s as a rule, 1.2 s at most in the minute before" in text
+
+
+def test_nothing_is_told_of_a_buffer_that_nobody_knows():
+    whole = 200 * 1024
+    assert "missing" not in buffered(whole - 2_000, whole - 24_000, form="ulog")
+    assert "missing" not in buffered(whole - 2_000, whole - 24_000, size=0.0)
+    assert "missing" not in buffered(2 * whole, whole)  # more is free than there is
