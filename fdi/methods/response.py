@@ -19,8 +19,8 @@ from typing import Final
 import numpy as np
 
 from fdi.methods.columns import Columns, Method
-from fdi.methods.setup.against import APART_S, LiftOff, asked_moments, lift_off, turned_against
-from fdi.methods.setup.motors import lacking, motor_shares, thrust_of
+from fdi.methods.setup.against import APART_S, LiftOff, turned_against
+from fdi.methods.setup.motors import lacking, lift_offs, motor_thrusts
 from fdi.methods.setup.records import Series, body_rates
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
@@ -31,7 +31,9 @@ UNITS: Final = {"turned_against": "rad", "swinging": "s"}
 _SWING_S: Final = 0.5  # over which a swing is taken: of 2 Hz and more, no person's hand
 _SWING_APART_S: Final = 0.15  # records further apart show no such swing
 _SWINGS: Final = 0.2  # rad/s, root mean square: rotors shake a vehicle that stands by 0.03 to 0.08
-_DRIVEN: Final = 0.05  # of the largest moment, likewise
+_DRIVEN: Final = (
+    0.05  # of the largest moment; with half of it a low hover at 3.5 % of throttle swings, too
+)
 
 
 def response_columns(log: Log) -> Columns | str | None:
@@ -40,19 +42,15 @@ def response_columns(log: Log) -> Columns | str | None:
         return None
     motors = motors_of(log.parameters, log.autopilot, log.vehicle)
     lacks = lacking(log, motors)
-    rates, shares = body_rates(log), motor_shares(log, motors)
-    if lacks or rates is None or shares is None:
+    rates, thrusts = body_rates(log), motor_thrusts(log, motors)
+    if lacks or rates is None or thrusts is None:
         return lacks
-    slowest = max(rates.period, shares.period)
+    slowest = max(rates.period, thrusts.period)
     if slowest > APART_S:
         return f"records are {slowest:.1f} s apart, too far to see how the vehicle turns"
-    moments = asked_moments(rates.t, Series(shares.t, thrust_of(log, shares.values)), motors)
     parts = [
-        _columns_of(
-            lift_off(rates, moments, shares, flight),
-            may_swing=not flight.flew and slowest <= _SWING_APART_S,
-        )
-        for flight in log.flights
+        _columns_of(seen, may_swing=not flight.flew and slowest <= _SWING_APART_S)
+        for seen, flight in zip(lift_offs(log, rates, thrusts, motors), log.flights, strict=True)
     ]
     if not parts:
         return "the vehicle was never armed"

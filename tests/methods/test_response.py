@@ -84,8 +84,8 @@ def test_a_healthy_take_off_accuses_nobody(tmp_path: Path) -> None:
     assert not analyze(write(tmp_path / "flight.tlog", Quad(rate=25, hover=12.0))).findings
 
 
-def standing(path: Path, rate_hz: float, swing: float, driven: float, rest: float = 3.0) -> Path:
-    """Write eight seconds on the ground, armed; from ``rest`` s on it rolls to and fro for 4 s.
+def standing(path: Path, rate_hz: float, swing: float, driven: float) -> Path:
+    """Write eight seconds on the ground, armed; in the fourth to seventh it rolls to and fro.
 
     ``swing`` rad/s and ``driven`` us are amplitudes of the rate and of the motors left and right.
     """
@@ -97,8 +97,8 @@ def standing(path: Path, rate_hz: float, swing: float, driven: float, rest: floa
     ]
     for k in range(8 * 25):
         t = k / 25
-        wave = np.sin(2 * np.pi * rate_hz * t) * (rest <= t < rest + 4.0)
-        off = round(driven * np.sin(2 * np.pi * rate_hz * t + 1.0) * (rest <= t < rest + 4.0))
+        wave = np.sin(2 * np.pi * rate_hz * t) * (3.0 <= t < 7.0)
+        off = round(driven * np.sin(2 * np.pi * rate_hz * t + 1.0) * (3.0 <= t < 7.0))
         armed = mav.MAV_MODE_FLAG_SAFETY_ARMED | mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
         pulses = (1300 - off, 1300 + off, 1300 + off, 1300 - off, 0, 0, 0, 0)
         stamp, place = round(1000 * t), (470000000, 80000000, 400000, 0, 0, 0, 0, 0)

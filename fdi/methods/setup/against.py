@@ -21,7 +21,7 @@ from fdi.windows import runs_of
 
 HALF_A_TURN: Final = np.pi
 LEFT_S: Final = 3.0
-"""After take-off: by then one whose motors act otherwise has turned over."""
+"""After take-off: by then most whose motors act otherwise have turned over; others fly a while."""
 APART_S: Final = 0.3
 """Records further apart do not show how far it turned."""
 _LATE_S: Final = 0.05

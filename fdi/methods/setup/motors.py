@@ -18,6 +18,7 @@ from fdi.methods.setup.against import (
     APART_S,
     HALF_A_TURN,
     Against,
+    LiftOff,
     asked_moments,
     lift_off,
     turned_against,
@@ -61,7 +62,8 @@ def check_motors(log: Log) -> Iterator[Check]:
     assert inputs is not None
     ways = arrangements(log, motors)
     found = judge(rates, inputs, stretches(log), ways)
-    flip = _flip(log, rates, inputs, motors)
+    seen = map(turned_against, lift_offs(log, rates, inputs, motors))
+    flip = max(seen, key=lambda one: one.angle, default=Against(0.0, np.nan))
     if found is not None:
         yield _told(found, ways, flip)
     elif flip.angle > HALF_A_TURN:
@@ -71,15 +73,15 @@ def check_motors(log: Log) -> Iterator[Check]:
         yield Check(NAME, "not known", "the log holds no flight long enough to see moments")
 
 
-def _flip(log: Log, rates: Series, thrusts: Series, motors: tuple[Motor, ...]) -> Against:
-    """Return by how much it turned against its motors as it left the ground."""
+def lift_offs(
+    log: Log, rates: Series, thrusts: Series, motors: tuple[Motor, ...]
+) -> Iterator[LiftOff]:
+    """Yield what each flight holds till it has lifted off; nothing of records too far apart."""
     shares = motor_shares(log, motors)
-    none = Against(0.0, np.nan)
     if shares is None or max(rates.period, thrusts.period) > APART_S:
-        return none
+        return
     moments = asked_moments(rates.t, thrusts, motors)
-    seen = (turned_against(lift_off(rates, moments, shares, one)) for one in log.flights)
-    return max(seen, key=lambda one: one.angle, default=none)
+    yield from (lift_off(rates, moments, shares, flight) for flight in log.flights)
 
 
 def _turned(flip: Against) -> str:
