@@ -27,6 +27,9 @@ SOONER: Final = ((1.0, 1.0), (2.0, 0.5), (4.0, 0.25))
 """(strength, share of the persistence that is enough beyond it)."""
 BEGUN: Final = 0.5
 """Share of a mean beyond its threshold that marks where it began."""
+MOST_ANGLE: Final = np.pi / 2
+"""rad; an angle that may be off by more is not judged: one that has nothing to do with what it is
+held against would pass in half of all cases."""
 
 
 def judge(
@@ -52,12 +55,12 @@ def judge(
     told = bounds.told
     off, size = told.strayed(residuals.values)
     scales = np.where(told.stated, 1.0, scale)[:, None]
-    threshold = bounds.tolerance + scales * bounds.noise
+    threshold = _told(bounds.tolerance + scales * bounds.noise, told.circular)
     beyond = np.sign(off) * np.maximum(np.abs(off) - bounds.tolerance, 0.0)
     ratio = normalised(off, bounds.tolerance, bounds.spread, bounds.settled)
     count = recipe.mean_samples(rate_hz)
     mean = lasting_mean(ratio, count) * bounds.mean_spread
-    mean_threshold = scales * bounds.mean_bound
+    mean_threshold = _told(scales * bounds.mean_bound, told.circular)
     state = states(size, threshold)
     state[told.unfit] = UNKNOWN
     mean[told.unfit] = np.nan
@@ -94,6 +97,12 @@ def judge(
         scatter_most=most,
         scale=scale,
     )
+
+
+def _told(threshold: Floats, circular: NDArray[np.bool_]) -> Floats:
+    """Return thresholds, NaN where an angle within them tells nothing."""
+    with np.errstate(invalid="ignore"):
+        return np.where(circular[:, None] & (threshold > MOST_ANGLE), np.nan, threshold)
 
 
 def _scatter(off: Floats, bounds: Bounds, rate_hz: float) -> tuple[Floats, Floats]:

@@ -58,6 +58,7 @@ SILENT: Final = ":silent"
 seconds; what ``value`` makes of a while of records, with a label (``:over_60``) where a field has
 several; how long its message has been silent, s."""
 _OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
+_QUANTITY: Final = re.compile(r"[-+.\d]+(e[-+]?\d+)?( +[A-Za-z].*)?")
 _SUFFIX: Final = re.compile(rf"({STILL}|{RECENT}|{OVER}(_\w+)?|{SILENT})$")
 
 ONE_COLUMN: Final = ("accuracy", "jitter", "latency", "value", "when", "raw", "reported")
@@ -274,7 +275,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             window=quantity(entry.window or 0.0, dimension("s")),
             offset=quantity(entry.offset, unit),
             side=entry.side,
-            swings=quantity(entry.swings, unit),
+            swings=tuple(_swing(one, left, unit, definition, draft) for one in entry.swings),
             errors=tuple(_error(text, left, definition, draft) for text in entry.error),
             supports=entry.supports,
             steady=entry.steady,
@@ -295,6 +296,15 @@ def _error(text: str, left: Expression, definition: Definition, draft: _Draft) -
     _check_windowed(value, value, definition)
     _check_units(left, value, draft)
     return value
+
+
+def _swing(
+    entry: float | str, left: Expression, unit: Dimension, definition: Definition, draft: _Draft
+) -> Expression:
+    """Return what a constant swings by: a quantity, or an expression that the flight tells."""
+    if re.fullmatch(_QUANTITY, str(entry)):
+        return Number(quantity(entry, unit))
+    return _error(str(entry), left, definition, draft)
 
 
 def _amounts(entries: Mapping[str, AmountEntry], draft: _Draft) -> Iterator[Amount]:

@@ -115,7 +115,7 @@ def _check(airframe: Airframe) -> None:
 
 def _check_equation(equation: Equation, known: set[str], airframe: Airframe) -> None:
     used = {*symbols(equation.left), *symbols(equation.right)}
-    used.update(name for error in equation.errors for name in symbols(error))
+    used.update(name for error in (*equation.errors, *equation.swings) for name in symbols(error))
     condition = symbols(equation.when) if equation.when else ()
     strangers = (used | (equation.solves or frozenset())) - known
     strangers |= set(condition) - known - STATES

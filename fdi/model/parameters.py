@@ -191,7 +191,7 @@ def assumptions(
 
 
 def _names(equation: Equation) -> set[str]:
-    sides = (equation.left, equation.right, equation.when, *equation.errors)
+    sides = (equation.left, equation.right, equation.when, *equation.errors, *equation.swings)
     return {name for side in sides for name in _symbols(side)}
 
 

@@ -191,10 +191,11 @@ class Equation:
         A constant by which the two sides may differ in health, learned from the flight's beginning.
     side : str
         ``above`` or ``below``: only a left side that is so against the right one is a violation.
-    swings : float
-        Above zero where the constant turns with the vehicle: where its left side has turned by an
+    swings : tuple of Expression
+        Not empty where the constant turns with the vehicle: where its left side has turned by an
         angle since the flight's beginning, the two may differ otherwise by as much as they did
-        then, and by this standard deviation, rad.
+        then, and by what these were then, standard deviations in the unit of the equation,
+        independent of each other.
     errors : tuple of Expression
         What its two sides may differ by otherwise than at the flight's beginning, one standard
         deviation each, independent of each other.
@@ -231,7 +232,7 @@ class Equation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
-    swings: float = 0.0
+    swings: tuple[Expression, ...] = ()
     errors: tuple[Expression, ...] = ()
     supports: bool = False
     steady: bool = False

@@ -107,7 +107,7 @@ class ParameterEntry(_Entry):
     source: str = ""
     log: Annotated[list[LogParameter], BeforeValidator(_one_or_many)] = []
     identify: Identify | None = None
-    world: Literal["magnetic_declination", "magnetic_strength"] | None = None
+    world: Literal["magnetic_declination", "magnetic_horizontal", "magnetic_strength"] | None = None
     frame: FrameFactor | None = None
     description: str = ""
 
@@ -134,7 +134,7 @@ class EquationEntry(_Entry):
     window: Quantity | None = None
     offset: Quantity = 0.0
     side: Literal["", "above", "below"] = ""
-    swings: Quantity = 0.0
+    swings: Annotated[list[Quantity], BeforeValidator(_one_or_many)] = []
     error: Annotated[list[str], BeforeValidator(_one_or_many)] = []
     supports: bool = False
     steady: bool = False

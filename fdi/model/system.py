@@ -52,7 +52,7 @@ class SystemEquation:
     window: float = 0.0
     offset: float = 0.0
     side: Side = ""
-    swings: float = 0.0
+    swings: tuple[Expression, ...] = ()
     errors: tuple[Expression, ...] = ()
     supports: bool = False
     steady: bool = False

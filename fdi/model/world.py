@@ -29,7 +29,7 @@ def world_value(name: str, log: Log) -> float | None:
     """Return a quantity of the Earth's field, or None.
 
     ``magnetic_declination``, rad east; ``magnetic_inclination``, rad down;
-    ``magnetic_strength``, T.
+    ``magnetic_strength`` and its horizontal part ``magnetic_horizontal``, T.
     """
     place = _place(log)
     if place is None:
@@ -39,7 +39,7 @@ def world_value(name: str, log: Log) -> float | None:
         return float(np.radians(result.d))
     if name == "magnetic_inclination":
         return float(np.radians(result.i))
-    return float(result.f) * 1e-9
+    return float(result.h if name == "magnetic_horizontal" else result.f) * 1e-9
 
 
 @lru_cache(maxsize=100)  # asked for three times a look at a system

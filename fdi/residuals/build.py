@@ -364,7 +364,8 @@ class _Graph:
         self, number: int, values: dict[str, int], solved: str = ""
     ) -> tuple[tuple[str, int], ...]:
         """Return what the errors of an equation read, but for what nothing tells here."""
-        names = {name for error in self.system.equations[number].errors for name in symbols(error)}
+        own = self.system.equations[number]
+        names = {name for error in (*own.errors, *own.swings) for name in symbols(error)}
         found: dict[str, int] = {}
         for name in names - {solved}:
             with suppress(_UnsolvableError):

@@ -47,7 +47,10 @@ def cached_bank(
 def _holds_code(system: System) -> bool:
     """Return whether an equation uses a function that Python handed over: that is kept nowhere."""
     sides = (
-        side for e in system.equations for side in (e.left, e.right, e.when, *e.errors) if side
+        side
+        for e in system.equations
+        for side in (e.left, e.right, e.when, *e.errors, *e.swings)
+        if side
     )
     return any(
         isinstance(node, Apply) and isinstance(node.operator, Given)
@@ -70,6 +73,7 @@ def _depends_on(system: System) -> str:
             dict(e.edges),
             encode(e.when),
             [encode(error) for error in e.errors],
+            [encode(swing) for swing in e.swings],
             e.cost,
             e.measurement and _shown(e.measurement),
         ]

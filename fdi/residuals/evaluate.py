@@ -23,7 +23,7 @@ A node is dropped when the last node that needs it is done, so memory stays smal
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
-from fdi.model.expression import Symbol, symbols
+from fdi.model.expression import Expression, Symbol, symbols
 from fdi.model.parts import Measurement
 from fdi.model.system import System, SystemEquation
 from fdi.residuals.accuracy import beginning_of, believed
@@ -344,29 +344,40 @@ def _strays(
     """Return what an equation is off by otherwise than in the first seconds, by its own account."""
     effects: Effects = {}
     number = -1 - node.equation
-    if equation.swings and isinstance(equation.left, Symbol):
-        change = _since_beginning(known[equation.left.name], context, circular=True)
-        turned = 2 * np.abs(np.sin(change / 2))
-        effects["noise", number, 0] = equation.swings * turned
-        effects["swing", number, 0] = turned
     read = {name: done[i].column for name, i in node.error_arguments if i in done}
     columns = {**context.constants, **read, **known}
-    for place, error in enumerate(equation.errors, 1):
-        if columns.keys() >= set(symbols(error)):
-            value = np.broadcast_to(evaluate(error, columns), len(context.signals.t))
-            change = _since_beginning(value, context, circular=False)
-            effects["noise", number, place] = np.abs(change)
+
+    def told(expressions: Sequence[Expression]) -> Iterator[tuple[int, Floats]]:
+        for place, expression in enumerate(expressions, 1):
+            if columns.keys() >= set(symbols(expression)):
+                value = evaluate(expression, columns)
+                yield place, np.broadcast_to(value, len(context.signals.t))
+
+    if equation.swings and isinstance(equation.left, Symbol):
+        heading = known[equation.left.name]
+        change = _since(_at_first(heading, context, circular=True), heading, circular=True)
+        turned = 2 * np.abs(np.sin(change / 2))
+        at_first = [_at_first(value, context, circular=False) for _, value in told(equation.swings)]
+        effects["noise", number, 0] = np.sqrt(np.nansum(np.square(at_first))) * turned
+        effects["swing", number, 0] = turned
+    for place, value in told(equation.errors):
+        change = _since(_at_first(value, context, circular=False), value, circular=False)
+        effects["noise", number, place] = np.abs(change)
     return effects
 
 
-def _since_beginning(column: Floats, context: Context, circular: bool) -> Floats:
-    """Return how far a quantity is from what it was in the first seconds, 0 where unknown."""
+def _at_first(column: Floats, context: Context, circular: bool) -> float:
+    """Return what a quantity was in the first seconds in the air, NaN where nothing tells it."""
     start = column[context.beginning]
     known = start[np.isfinite(start)]
     if not known.size:
-        return np.zeros(column.shape)
-    level = np.angle(np.exp(1j * known).mean()) if circular else np.median(known)
-    return np.nan_to_num(wrap(column - level) if circular else column - level)
+        return np.nan
+    return float(np.angle(np.exp(1j * known).mean()) if circular else np.median(known))
+
+
+def _since(first: float, column: Floats, circular: bool) -> Floats:
+    """Return how far a quantity is from what it was, 0 where one of both is unknown."""
+    return np.nan_to_num(wrap(column - first) if circular else column - first)
 
 
 def moved_by(

@@ -91,6 +91,18 @@ def test_strength_is_the_size_over_its_threshold():
     assert judged(values, bounds, scale=2.5).strength[0, 300] == 2.0
 
 
+@pytest.mark.parametrize(("circular", "known"), [(True, False), (False, True)])
+def test_an_angle_that_may_be_off_by_more_than_a_right_one_is_not_judged(circular, known):
+    """Within 89 degrees of noise and 2 of tolerance lies every second angle there is."""
+    told = told_by_hand(circular=np.array([circular]), mean_most=np.ones(1))
+    wide = bounds_by_hand(told, SIZE, tolerance=np.radians(2), noise=np.radians(89), mean=1.6)
+    alarms = judged(np.full(SIZE, 3.0), wide)
+    assert (alarms.state[0] >= 0).all() == np.isfinite(alarms.strength).all() == known
+    assert alarms.alarm.any() == known
+    narrow = bounds_by_hand(told, SIZE, tolerance=np.radians(2), noise=np.radians(87))
+    assert (judged(np.full(SIZE, 3.0), narrow).state == 1).all()
+
+
 def test_what_is_not_judged_is_unknown_all_along():
     unfit = told_by_hand(unfit=np.ones(1, bool), mean_most=np.ones(1))
     alarms = judged(np.full(SIZE, 50.0), bounds_by_hand(unfit, SIZE, mean=1.0))

@@ -47,9 +47,9 @@ def test_an_equation_that_says_nothing_more_is_nothing_more(tmp_path):
     for one in found.equations:
         flags = stated(one, "supports steady always command elapsed")
         assert set(flags.values()) == {False}
-        sizes = stated(one, "tolerance window offset swings")
+        sizes = stated(one, "tolerance window offset")
         assert set(sizes.values()) == {0.0}
-        lists = stated(one, "suspects amounts errors")
+        lists = stated(one, "suspects amounts errors swings")
         assert set(lists.values()) == {()}
         assert stated(one, "fault component when") == dict.fromkeys(("fault", "component", "when"))
         assert (one.cost, one.side, one.says) == (1.0, "", "")

@@ -186,7 +186,8 @@ def test_edges_say_what_an_equation_can_be_solved_for(airframe):
 
 def test_a_limit_allows_nothing_beyond_its_bound(airframe):
     (limit,) = [e for e in airframe.observe().equations if e.kind is Kind.LIMIT]
-    assert limit.tolerance == limit.window == limit.offset == limit.swings == 0 == len(limit.errors)
+    assert limit.tolerance == limit.window == limit.offset == 0
+    assert limit.errors == limit.swings == ()
     assert not any((limit.supports, limit.steady, limit.always, limit.command))
 
 

@@ -324,16 +324,29 @@ def test_an_error_has_the_unit_of_the_statement_and_known_names(tmp_path, error,
         strayed(tmp_path, error)
 
 
-def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):
-    """Against the first heading by twice itself, a quarter turn off it by 1.4 times."""
-    text = GLIDER.replace("solves: [course]", "solves: [course], offset: 20 deg, swings: 3 deg")
+@pytest.mark.parametrize(
+    ("swings", "by"),
+    [
+        ("3 deg", np.radians(3)),
+        ("[3 deg, 0.1*(v_ground - slow)/slow]", np.hypot(np.radians(3), 0.2)),
+        ("0.1*(slow - v_ground)/slow", 0.2),
+    ],
+)
+def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path, swings, by):
+    """Against the first heading by twice itself, a quarter turn off it by 1.4 times.
+
+    By how much tell the first seconds: what is fast later does not swing more.
+    """
+    text = GLIDER.replace("solves: [course]", f"solves: [course], offset: 20 deg, swings: {swings}")
     bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
     turned = np.linspace(0, 2 * np.pi, 400).clip(0.1) - 0.1
     heading = (3.1 + turned + np.pi) % (2 * np.pi) - np.pi  # begins beside the seam
     columns = truth(400)
-    columns["LOCAL_POSITION_NED.vx"] = 9 * np.cos(heading)
-    columns["LOCAL_POSITION_NED.vy"] = 9 * np.sin(heading)
+    speed = np.where(np.arange(400) < 300, 9.0, 30.0)
+    columns["LOCAL_POSITION_NED.vx"] = speed * np.cos(heading)
+    columns["LOCAL_POSITION_NED.vy"] = speed * np.sin(heading)
     columns["GPS_RAW_INT.cog"] = heading
+    columns["GPS_RAW_INT.vel"] = speed
     found = run(bank, columns)
     equations = bank.system.equations
     (held,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == "k_2"]
@@ -341,10 +354,22 @@ def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path):
     since = turned - np.angle(np.exp(1j * early).mean())
     swing = 2 * np.abs(np.sin(since / 2))
     assert found.swing[held] == pytest.approx(swing, abs=1e-6)
-    assert found.spread[held] ** 2 - found.spread[held, 0] ** 2 == pytest.approx(
-        np.radians(3) ** 2 * (swing**2 - swing[0] ** 2), abs=1e-4
+    slow = speed == 9
+    assert (found.spread[held] ** 2 - found.spread[held, 0] ** 2)[slow] == pytest.approx(
+        (by**2 * (swing**2 - swing[0] ** 2))[slow], abs=1e-4
     )
+    assert found.spread[held, -1] <= np.hypot(by * swing[-1], found.spread[held, 0])
     assert (np.delete(found.swing, held, axis=0) == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("swings", "said"),
+    [("3 kg", "does not fit"), ("2*wind", "unknown symbol 'wind'"), ("v_ground", "unit mismatch")],
+)
+def test_what_a_constant_swings_by_is_checked(tmp_path, swings, said):
+    text = GLIDER.replace("solves: [course]", f"solves: [course], offset: 20 deg, swings: {swings}")
+    with pytest.raises(ModelError, match=said):
+        airframe(tmp_path, text)
 
 
 @pytest.mark.parametrize(("limit", "judged"), [(0.1, False), (0.3, True)])
