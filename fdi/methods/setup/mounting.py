@@ -120,6 +120,7 @@ def _leans_so(log: Log, force: Series, some: NDArray[np.bool_]) -> bool:
 
 
 def _at_rest(log: Log, force: Series) -> np.ndarray:
+    """Return when it rests before it first flies, (n,) bool: what rolls or is thrown does not."""
     size = np.linalg.norm(force.values, axis=0)
     still = np.abs(size / _G - 1) < _WHOLE
     rates = series(log, "ATTITUDE", ("rollspeed", "pitchspeed", "yawspeed"))
@@ -127,6 +128,8 @@ def _at_rest(log: Log, force: Series) -> np.ndarray:
         turning = np.interp(force.t, rates.t, np.abs(rates.values).max(axis=0))
         still &= turning < _STILL
     first = min((part.start for part in stretches(log)), default=np.inf)
+    for flight in [one for one in log.flights if one.flew][:1]:
+        first = min(first, -np.inf if flight.stood is None else flight.stood[1])
     return np.asarray(still & (force.t < first))
 
 

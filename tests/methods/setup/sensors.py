@@ -59,7 +59,7 @@ def write(path: Path, ride: Ride) -> Path:
     rates = np.vstack([rates, rates[-1]])
     up = turn.apply(np.tile([0.0, 0.0, -1.0], (t.size, 1)))
     pull = G * up[:, :2] / -up[:, 2:]
-    pull -= pull.mean(axis=0)
+    pull[flies > 0] -= pull[flies > 0].mean(axis=0)  # it lands where it took off, and stands before
     speed = np.cumsum(pull, axis=0) / ride.rate
     place = np.radians(PLACE) + np.cumsum(speed, axis=0) / ride.rate / 6.37e6 / [1, np.cos(0.82)]
     held = turn.inv().apply(np.c_[pull, np.full(t.size, -G)])
@@ -103,7 +103,7 @@ def _at(k, t, ride, angles, rates, moved, seen, flies, amperes) -> list[bytes]:
         mav.MAVLink_raw_imu_message(1000 * stamp, *readings),
         mav.MAVLink_gps_raw_int_message(*fix, min(round(100 * course), 35999), 12),
         mav.MAVLink_global_position_int_message(stamp, *position),
-        mav.MAVLink_vfr_hud_message(0.0, 0.0, 0, 35, 400 + height, 0.0),
+        mav.MAVLink_vfr_hud_message(0.0, 0.0, 0, round(35 * flies), 400 + height, 0.0),
         mav.MAVLink_battery_status_message(*battery),
         mav.MAVLink_servo_output_raw_message(1000 * stamp, 0, *outputs, 0, 0, 0, 0),
     ]

@@ -211,3 +211,33 @@ def test_a_weight_has_its_size_on_the_legs_and_on_the_back(tmp_path: Path) -> No
     found = {check.name: check for check in check_setup(read(path))}
     assert found["accelerometer 1"].verdict != "wrong"
     assert "no weight" not in found["accelerometer 1"].text
+
+
+@pytest.mark.parametrize("stands_s", [0.0, 4.0])
+def test_a_plane_that_rolls_is_not_at_rest(tmp_path: Path, stands_s: float) -> None:
+    """Its engine pushes it with 5 m/s2 for 4 s: it feels 11 until it climbs at 20 m/s."""
+    armed = mav.MAV_MODE_FLAG_SAFETY_ARMED | mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    beat = mav.MAVLink_heartbeat_message(1, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, armed, 0, 4, 3)
+    parts = []
+    for k in range(25 * 40):
+        t = k / 25
+        speed = 5.0 * min(max(t - stands_s, 0.0), 4.0)
+        climbs = 3.0 * max(t - stands_s - 4.0, 0.0)
+        rolls = 510 if 0 < speed < 20 else 0
+        stamp, way = 40 * k, round(1e7 * (8 + 20 * t / 76e3))
+        position = (470000000, way, round(1000 * (400 + climbs)), round(1000 * climbs))
+        fix = (1000 * stamp, 3, *position[:3], 80, 80, round(100 * speed), 9000, 12)
+        said = [
+            *([beat] if k % 25 == 0 else []),
+            mav.MAVLink_attitude_message(stamp, *(6 * [0.0])),
+            mav.MAVLink_raw_imu_message(1000 * stamp, rolls, 0, -1000, *(6 * [0])),
+            mav.MAVLink_global_position_int_message(stamp, *position, 0, 0, 0, 0),
+            mav.MAVLink_gps_raw_int_message(*fix),
+            mav.MAVLink_vfr_hud_message(speed, speed, 0, 80, 400 + climbs, 0.0),
+        ]
+        parts += [record(t, one) for one in said]
+    path = tmp_path / "rolls.tlog"
+    path.write_bytes(b"".join(parts))
+    found = {check.name: check for check in check_setup(read(path))}["accelerometer 1"]
+    assert found.verdict == "in order"
+    assert found.numbers["force_m_s2"] == pytest.approx(9.81, abs=0.2)
