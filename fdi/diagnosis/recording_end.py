@@ -6,14 +6,15 @@ against those before; what a recorder of this kind stops for is told as what it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
+from fdi.telemetry.message import Floats
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
 NEW_S: Final = 10.0
@@ -21,6 +22,7 @@ NEW_S: Final = 10.0
 MOST_TEXTS: Final = 3
 _KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
 _MINUTE_S: Final = 60.0
+_SYNC_S: Final = 1.0
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
 _KINDS: Final = {
@@ -28,6 +30,22 @@ _KINDS: Final = {
     "dataflash": "a log on board stops as well when its recorder is stopped",
     "ulog": "a log on board stops as well when its recorder is stopped",
 }
+
+
+class _Held(NamedTuple):
+    """What a recorder's buffer held in the last minute, by which message; bytes, and a second.
+
+    ``unsafe_s``: so long what is written may stay where a loss of power takes it.
+    """
+
+    by: str
+    since: float
+    until: float
+    rate: float
+    size: float
+    usual: float
+    most: float
+    unsafe_s: float
 
 
 def recording_end(log: Log) -> tuple[Fact, ...]:
@@ -49,30 +67,75 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
 
 
 def _unwritten(log: Log, stop: float) -> tuple[str, str] | None:
-    """Return how much the recorder of ArduPilot had in its buffer, and the records that tell it.
-
-    ``DSF``, once a second: bytes that were written, and what was free of the buffer, on average and
-    at least (AP_Logger_Backend.cpp, ``Write_AP_Logger_Stats_File``).
-    """
-    size = _KIB * log.parameters.get("LOG_FILE_BUFSIZE", 0.0)
-    told = log.messages.get("DSF")
-    if log.format != "dataflash" or size <= 0 or told is None:
+    """Return how much an autopilot's recorder had not written yet, and the records that tell it."""
+    held = _HELD.get(log.format, lambda *_: None)(log, stop - _MINUTE_S, stop)
+    if held is None:
         return None
-    if any(name not in told for name in ("Bytes", "FAv", "FMn")):
-        return None
-    late = (told.t > stop - _MINUTE_S) & (told.t <= stop)
-    written, usual, least = (told.raw(n)[told.kept][late] for n in ("Bytes", "FAv", "FMn"))
-    rate = float(np.median(written)) if late.any() else 0.0
-    if rate <= 0 or not 0 <= least.min() <= usual.max() <= size:
-        return None
-    as_a_rule, most = (size - float(np.median(usual))) / rate, (size - float(least.min())) / rate
+    as_a_rule = held.usual / held.rate + held.unsafe_s / 2
+    most = held.most / held.rate + held.unsafe_s
     return (
         f"if power went, what the recorder had not written yet is missing: {as_a_rule:.1f} s as a "
         f"rule, {most:.1f} s at most in the minute before",
-        f"DSF from log {told.t[late][0]:.1f} to {told.t[late][-1]:.1f} s: {rate:.0f} bytes a "
-        f"second, free of the buffer of {size:.0f} on average {np.median(usual):.0f}, at least "
-        f"{least.min():.0f}",
+        f"{held.by} from log {held.since:.1f} to {held.until:.1f} s: {held.rate:.0f} bytes a "
+        f"second, in the buffer of {held.size:.0f} {held.usual:.0f} as a rule, "
+        f"{held.most:.0f} at most"
+        + (f"; the file is made safe every {held.unsafe_s:.0f} s" if held.unsafe_s else ""),
     )
+
+
+def _held_by_ardupilot(log: Log, low: float, high: float) -> _Held | None:
+    """Return what the buffer held by ``DSF``, once a second.
+
+    Bytes that were written, and what was free, on average and at least
+    (AP_Logger_Backend.cpp, ``Write_AP_Logger_Stats_File``).
+    """
+    size = _KIB * log.parameters.get("LOG_FILE_BUFSIZE", 0.0)
+    found = _late(log, "DSF", ("Bytes", "FAv", "FMn"), low, high)
+    if found is None:
+        return None
+    (since, until), (written, usual, least) = found
+    used = size - float(np.median(usual)), size - float(least.min())
+    return _sane(_Held("DSF", since, until, float(np.median(written)), size, *used, 0.0))
+
+
+def _held_by_px4(log: Log, low: float, high: float) -> _Held | None:
+    """Return what the buffer held by ``logger_status``, once a second.
+
+    What was written is brought to the card once a second (log_writer_file.cpp, ``run``).
+    """
+    fields = ("write_rate_kb_s", "buffer_size_bytes", "buffer_used_bytes")
+    found = _late(log, "logger_status", fields, low, high)
+    if found is None:
+        return None
+    (since, until), (rate, size, used) = found
+    mean, room = _KIB * float(np.median(rate)), float(size.max())
+    most = float(np.median(used)), float(used.max())
+    return _sane(_Held("logger_status", since, until, mean, room, *most, _SYNC_S))
+
+
+_HELD: Final[Mapping[str, Callable[[Log, float, float], _Held | None]]] = {
+    "dataflash": _held_by_ardupilot,
+    "ulog": _held_by_px4,
+}
+
+
+def _late(
+    log: Log, key: str, fields: tuple[str, ...], low: float, high: float
+) -> tuple[tuple[float, float], list[Floats]] | None:
+    """Return the first and last time of a message in a while, and its fields there."""
+    told = log.messages.get(key)
+    if told is None or any(name not in told for name in fields):
+        return None
+    late = (told.t > low) & (told.t <= high)
+    if not late.any():
+        return None
+    t = told.t[late]
+    return (float(t[0]), float(t[-1])), [told.raw(name)[told.kept][late] for name in fields]
+
+
+def _sane(held: _Held) -> _Held | None:
+    """Return what a buffer can hold, or None."""
+    return held if held.rate > 0 and 0 <= held.usual <= held.most <= held.size else None
 
 
 def _power(told: Sequence[Supply]) -> str:

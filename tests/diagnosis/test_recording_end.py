@@ -73,6 +73,21 @@ def test_what_the_recorder_had_not_written_is_told_in_seconds():
     assert "is missing: 0.1 s as a rule, 1.2 s at most in the minute before" in text
 
 
+def test_what_px4_wrote_is_safe_once_a_second():
+    """40 KiB/s; 4 KiB are in the buffer as a rule, 60 once: 0.1 and 1.5 s, and the second."""
+    second = np.arange(0.0, 60.0, 1.0)
+    used = np.full(60, 4096.0)
+    used[40] = 61440.0
+    parts = {"write_rate_kb_s": 40.0, "buffer_size_bytes": 65536.0, "buffer_used_bytes": used}
+    columns = {f"logger_status.{name}": np.broadcast_to(v, 60) for name, v in parts.items()}
+    made = log_from_columns({"t": second, **columns})
+    cache = {"ends": (FlightEnd(0, "in_air", 59.0),), "events": ()}
+    (fact,) = recording_end(replace(made, format="ulog", _cache=cache))
+    assert "is missing: 0.6 s as a rule, 2.5 s at most in the minute before" in fact.text
+    assert "40960 bytes a second, in the buffer of 65536 4096 as a rule" in fact.records[-1]
+    assert "made safe every 1 s" in fact.records[-1]
+
+
 def test_nothing_is_told_of_a_buffer_that_nobody_knows():
     whole = 200 * 1024
     assert "missing" not in buffered(whole - 2_000, whole - 24_000, form="ulog")
