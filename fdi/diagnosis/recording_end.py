@@ -68,7 +68,8 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
 
 def _unwritten(log: Log, stop: float) -> tuple[str, str] | None:
     """Return how much an autopilot's recorder had not written yet, and the records that tell it."""
-    held = _HELD.get(log.format, lambda *_: None)(log, stop - _MINUTE_S, stop)
+    told_by = _HELD.get(log.format)
+    held = None if told_by is None else told_by(log, stop - _MINUTE_S, stop)
     if held is None:
         return None
     as_a_rule = held.usual / held.rate + held.unsafe_s / 2

@@ -19,6 +19,7 @@ from fdi.telemetry.inputs.battery import judge_batteries
 from fdi.telemetry.inputs.demands import judge_demands
 from fdi.telemetry.inputs.outputs import judge_outputs
 from fdi.telemetry.inputs.values import Input, Judged, Mask
+from fdi.telemetry.inputs.velocity import ESTIMATED, judge_velocity
 from fdi.telemetry.message import Column, Floats, Message
 
 _Field = tuple[str, str]
@@ -29,6 +30,7 @@ _JUDGED: Final = {
     "NAV_CONTROLLER_OUTPUT": ("nav_roll", "nav_pitch"),
     "SYS_STATUS": ("battery_remaining", "current_battery"),
     "BATTERY_STATUS": ("battery_remaining", "current_battery"),
+    **ESTIMATED,
 }
 """The messages whose fields are judged; None: all of them."""
 
@@ -85,6 +87,7 @@ def _judge(messages: Mapping[str, Message], reported: Sequence[Event]) -> Iterat
     armed = _armed(reported)
     yield from judge_outputs(messages, armed)
     yield from judge_attitude(messages, armed)
+    yield from judge_velocity(messages, armed)
     yield from judge_demands(messages, reported)
     yield from judge_batteries(messages, armed)
 

@@ -209,3 +209,55 @@ def test_an_accelerometer_that_reads_too_much_does_not_cost_the_attitude_its_bel
     wrong = Message("RAW_IMU", None, T, T, np.arange(T.size), columns)
     _, told = judged(leaning(0.0), wrong)
     assert told["estimated attitude"].believed is True
+
+
+def estimated(sinks=0.0):
+    """Return what an estimator says of where it goes, and its second attitude."""
+    zero = np.zeros(T.size)
+    position = dict.fromkeys(("x", "y", "z", "vx", "vy"), zero) | {"vz": zero + sinks}
+    return (
+        message("LOCAL_POSITION_NED", position),
+        message("AHRS2", {"roll": zero, "pitch": zero, "yaw": zero}),
+    )
+
+
+def receiver(fix):
+    return message("GPS_RAW_INT", {"fix_type": np.broadcast_to(np.float64(fix), T.size)})
+
+
+OVER_GROUND = "estimated velocity over ground"
+
+
+@pytest.mark.parametrize("aid", [(), ("OPTICAL_FLOW",)])
+def test_where_it_goes_nobody_knows_without_a_fix(aid):
+    flow = (message(name, {"flow_x": T}) for name in aid)
+    found, told = judged(*estimated(), receiver(1), *flow)
+    assert found["LOCAL_POSITION_NED"].has_known("vx") is bool(aid)
+    assert found["LOCAL_POSITION_NED"].has_known("vz")  # by the barometer
+    assert found["AHRS2"].has_known("roll")
+    assert (OVER_GROUND in told) is not bool(aid)
+    if not aid:
+        assert "a position in 0 % of the armed time" in told[OVER_GROUND].why
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_a_fix_that_is_lost_in_flight_costs_no_belief(share):
+    found, told = judged(*estimated(), receiver(np.where(60.0 * share > T, 3, 0)))
+    assert told[OVER_GROUND].believed is True
+    assert np.isfinite(found["LOCAL_POSITION_NED"].si("x")).all()
+
+
+def test_an_estimator_that_falls_faster_than_anything_is_not_read():
+    runs = np.where((T > 10.0) & (T < 20.0), 229.0, 0.0)
+    found, told = judged(*estimated(runs), receiver(3))
+    assert told["estimates beside the attitude"].believed is False
+    assert "flies with up to 229 m/s" in told["estimates beside the attitude"].why
+    assert not found["LOCAL_POSITION_NED"].has_known("vx")
+    assert not found["AHRS2"].has_known("roll")
+
+
+@pytest.mark.parametrize("runs", [np.where(T > 50.0, 500.0, 0.0), np.full(T.size, 120.0)])
+def test_an_estimator_that_fails_later_and_a_fast_vehicle_are_read(runs):
+    found, _ = judged(*estimated(runs), receiver(3))
+    assert found["LOCAL_POSITION_NED"].has_known("vz")
+    assert found["AHRS2"].has_known("roll")
