@@ -1,8 +1,11 @@
 """A log whose first records are of a vehicle that flies already."""
 
+import re
+
 import pytest
 
 from fdi import analyze
+from fdi.report.explained import explained
 from tests.flights import EXAMPLES, joined, records
 
 
@@ -35,3 +38,8 @@ def test_it_flies_from_the_first_record_on_for_a_time_that_nobody_knows(
     assert found.log.ends[-1].speed == pytest.approx(whole.log.ends[-1].speed, abs=0.1)
     assert "at least" in found.verdict
     assert "at least" not in whole.verdict
+    told = explained(found, "facts")
+    assert "flight 1: in the air from its first record on" in told
+    (high,) = re.findall(r"rests on height above .* at log \S+ s: (\S+) m", told)
+    assert float(high) > 20.0
+    assert "in the air from its first record" not in explained(whole, "facts")

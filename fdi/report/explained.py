@@ -1,7 +1,8 @@
 """What did a test do, and why was it judged or not? The text of ``fdi analyze --explain TEST``.
 
 In: an analysis and a test: the id of a residual generator, the name of the statement that it leaves
-over, a component, ``all``, or ``facts``: what stood out, with the records it rests on. Out: a table
+over, a component, ``all``, or ``facts``: what stood out, how a log begins in the air and what the
+safety net lacks, with the records it rests on. Out: a table
 of the tests meant, and for up to `MOST_TOLD` of them everything that the decision went by.
 """
 
@@ -15,18 +16,28 @@ import numpy as np
 from fdi.decision.alarms import UNKNOWN
 from fdi.decision.scatter import SCATTER_S
 from fdi.diagnosis.concerns import Concerns, concerns
+from fdi.diagnosis.safety_net import safety_net
 from fdi.diagnosis.values import runs
 from fdi.errors import UsageError
 from fdi.report.stood_out import stood_out_lines
 from fdi.report.words import clean
 from fdi.residuals.bank import SURE
 from fdi.telemetry.airtime import when_in_air
+from fdi.telemetry.motion import motion_of
 from fdi.units import customary
 
 if TYPE_CHECKING:
     from fdi.result import Analysis
+    from fdi.telemetry import Log
 
 FACTS: Final = "facts"
+_MOTION: Final = {
+    "height": ("height above the take-off or home that the autopilot knows", " m"),
+    "climb": ("climb", " m/s"),
+    "speed": ("speed over ground", " m/s"),
+    "throttle": ("throttle", ""),
+    "landed_state": ("landed state (MAVLink; 1: on the ground, 2: in the air)", ""),
+}
 MOST_TOLD: Final = 5
 MOST_ALARMS: Final = 10
 
@@ -68,6 +79,23 @@ def _facts(analysis: Analysis) -> Iterator[str]:
             yield f"  rests on {clean(record)}"
         for name, value in numbers.get(fact.about, {}).items():
             yield f"  {clean(name)}: {value:.4g}"
+    for number, flight in enumerate(analysis.log.flights, 1):
+        if flight.flew and flight.takeoff is None:
+            yield f"flight {number}: in the air from its first record on"
+            yield from _first_records(analysis.log, flight.airborne[0])
+    for gap in safety_net(analysis.log):
+        yield clean(f"safety net, {gap.word}: {gap.words()}")
+        yield clean(f"  rests on {gap.parameter}, as the log has it first; {gap.source}")
+
+
+def _first_records(log: Log, start: float) -> Iterator[str]:
+    """Yield what a flight's first second shows of how the vehicle moves."""
+    motion = motion_of(log.messages)
+    rows = motion.rows(start, start + 1.0)
+    for name, (words, unit) in _MOTION.items():
+        told = getattr(motion, name)[rows]
+        if np.isfinite(told).any():
+            yield f"  rests on {words} at log {start:.1f} s: {np.nanmedian(told):.4g}{unit}"
 
 
 def _meant(analysis: Analysis, whom: Concerns, test: str) -> list[int]:
