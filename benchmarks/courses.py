@@ -12,6 +12,11 @@ are made of each flight by leaving out, changing and adding records of its own f
 
 and held against the analysis of the whole flight. Prints by format and vehicle how many are told
 right, in calm and in wind, then what is not.
+
+    .venv/bin/python benchmarks/courses.py --count FOLDER ...
+
+counts in whatever logs FOLDER holds, and below it, those that end by a restart, that begin in the
+air, in which a parameter was set in flight, and what the safety net lacks.
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ import argparse
 import json
 import struct
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -31,6 +36,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from fdi import Analysis, analyze
 from fdi.diagnosis.safety_net import safety_net
+from fdi.errors import FdiError
+from fdi.telemetry import read
+from fdi.telemetry.ordered import set_in_flight
 
 GAINS = ("ATC_RAT_RLL_P", "RLL_RATE_P", "MC_ROLLRATE_P", "FW_RR_P")
 OFF = (
@@ -220,12 +228,42 @@ def _stamp(log: Sequence[Record], whole: Analysis, at_s: float, zero: float) -> 
     return float(first + at_s * 1e6)
 
 
+def seen(path: Path) -> list[str]:
+    """Return which of the courses a log shows, and what its safety net lacks."""
+    try:
+        log = read(path)
+    except FdiError:
+        return ["(not read)"]
+    found = ["(read)"]
+    if any(end.how == "restarted" for end in log.ends):
+        found.append("an autopilot that starts anew in the air")
+    if any(flight.flew and flight.takeoff is None for flight in log.flights):
+        found.append("a beginning in the air")
+    if any(set_in_flight(log.events, log.flights)):
+        found.append("a parameter set in flight")
+    return [*found, *(f"{gap.word}: {gap.parameter}: {gap.means}" for gap in safety_net(log))]
+
+
+def count(folders: Sequence[Path], workers: int) -> None:
+    """Print in how many logs each is seen."""
+    paths = [path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()]
+    paths = [path for path in paths if path.suffix.lower() in (".tlog", ".bin", ".ulg", ".log")]
+    with ProcessPoolExecutor(workers) as pool:
+        numbers = Counter(what for found in pool.map(seen, paths) for what in found)
+    for what, number in numbers.most_common():
+        print(f"{number:>5}  {what}")
+
+
 def main() -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--count", action="store_true")
     given = parser.parse_args()
+    if given.count:
+        count(given.folders, given.workers)
+        return 0
     paths = [
         path
         for folder in given.folders

@@ -14,6 +14,7 @@ from typing import Final, Literal
 
 from fdi.diagnosis.advice_book import Rule, load_book
 from fdi.diagnosis.stood_out import Fact
+from fdi.methods.setup.compass import COMPASSES, compass_readings
 from fdi.shown import Shown
 from fdi.telemetry import Log
 from fdi.telemetry.motors import ROTORS
@@ -26,6 +27,10 @@ _KINDS: Final = {"vtol": "plane", "boat": "rover", "helicopter": "copter"}
 _OUTPUT: Final = re.compile(r"SERVO(\d{1,2})_FUNCTION")
 _MOTORS: Final = {33 + i: 1 + i for i in range(8)} | {82 + i: 9 + i for i in range(4)}
 """ArduPilot's functions of motors 1 to 12 (SRV_Channel.h)."""
+_FRAMES: Final = {1: range(1, 5), 2: range(1, 7), 3: range(1, 9), 4: range(1, 9), 5: range(1, 7)}
+"""Motors of ArduPilot's ``FRAME_CLASS``: quad, hexa, octa, octa quad, Y6."""
+_LEAST: Final = 8
+"""Outputs of the smallest boards."""
 _NOTCH: Final = re.compile(r"INS_(?:HNTCH|HNTC2)_MODE")
 _BY_ESC: Final = 3.0
 
@@ -68,7 +73,7 @@ def safety_net(log: Log) -> tuple[Gap, ...]:
         for rule in book.net.values()
         if (name := _named(rule, values)) and _applies(rule, name, log)
     ]
-    found += [*_doubled(log), *_notches(log)]
+    found += [*_outputs(log), *_silent_compasses(log), *_notches(log)]
     return tuple(sorted(found, key=lambda gap: WORDS.index(gap.word)))
 
 
@@ -134,8 +139,8 @@ def _version(text: str) -> tuple[int, int]:
     return int(major), int(minor)
 
 
-def _doubled(log: Log) -> Iterator[Gap]:
-    """Yield the outputs that have a motor which another output has as well."""
+def _outputs(log: Log) -> Iterator[Gap]:
+    """Yield the outputs that have another one's motor, and motors of the frame without any."""
     if log.autopilot != "ardupilot":
         return
     outputs: dict[int, list[str]] = defaultdict(list)
@@ -148,6 +153,31 @@ def _doubled(log: Log) -> Iterator[Gap]:
         for name in names[1:]:
             means = f"a second output of motor {motor}, as {names[0]} is"
             yield Gap("mistake", name, log.parameters[name], means, *_page("ap_motors"))
+    frame = log.parameters.get("FRAME_CLASS", 0.0)
+    lacking = [motor for motor in _FRAMES.get(int(frame), ()) if motor not in outputs]
+    if outputs and lacking and _has_all_outputs(log.parameters):
+        named = " and ".join(f"motor {motor}" for motor in lacking)
+        means = f"{named} of this frame {'has' if len(lacking) == 1 else 'have'} no output"
+        yield Gap("mistake", "FRAME_CLASS", frame, means, *_page("ap_motors"))
+
+
+def _has_all_outputs(values: Mapping[str, float]) -> bool:
+    """Return whether the log tells what each output does: a link may lose a parameter."""
+    numbers = {int(found[1]) for name in values if (found := _OUTPUT.fullmatch(name))}
+    return len(numbers) >= _LEAST and numbers == set(range(1, len(numbers) + 1))
+
+
+def _silent_compasses(log: Log) -> Iterator[Gap]:
+    """Yield the compasses that are in use and there, and say nothing while others do."""
+    if log.format != "dataflash":  # a telemetry link leaves out what is there
+        return
+    speak = {n for n, key in enumerate(COMPASSES, 1) if compass_readings(log, key) is not None}
+    for number in range(1, len(COMPASSES) + 1):
+        name = f"COMPASS_USE{number if number > 1 else ''}"
+        device = log.parameters.get(f"COMPASS_PRIO{number}_ID", 0.0)
+        if speak and number not in speak and device and log.parameters.get(name) == 1.0:
+            means = f"compass {number} is in use, and the log holds no reading of it"
+            yield Gap("risk", name, 1.0, means, *_page("ap_compass"))
 
 
 def _notches(log: Log) -> Iterator[Gap]:

@@ -115,3 +115,45 @@ def test_a_filter_that_follows_speeds_that_nobody_tells():
     assert told(values, format="dataflash") == [("risk", "INS_HNTCH_MODE")]
     assert told(values, format="tlog") == []  # a link leaves out what is there
     assert told(values | {"INS_HNTCH_ENABLE": 0}, format="dataflash") == []
+
+
+def outputs(*functions):
+    return {f"SERVO{n}_FUNCTION": value for n, value in enumerate(functions, 1)}
+
+
+@pytest.mark.parametrize(
+    ("frame", "functions", "right"),
+    [
+        (1, (33, 34, 35, 36, 0, 0, 0, 0), ""),
+        (1, (33, 34, 0, 36, 0, 0, 0, 0), "motor 3 of this frame has no output"),
+        (2, (33, 34, 35, 36, 0, 0, 0, 0), "motor 5 and motor 6 of this frame have no output"),
+        (1, (33, 34, 0, 36), ""),  # the link lost the rest
+        (1, (0, 0, 0, 0, 0, 0, 0, 0), ""),  # another way to drive them
+        (7, (33, 34, 0, 36, 0, 0, 0, 0), ""),  # a tricopter has none
+    ],
+)
+def test_a_motor_without_an_output_is_a_mistake(frame, functions, right):
+    found = gaps({"FRAME_CLASS": frame, **outputs(*functions)})
+    assert [gap.means for gap in found] == ([right] if right else [])
+    assert {gap.word for gap in found} <= {"mistake"}
+
+
+@pytest.mark.parametrize(
+    ("spoken", "used", "device", "form", "right"),
+    [
+        ((1,), 1, 658953, "dataflash", ["COMPASS_USE2"]),
+        ((1, 2), 1, 658953, "dataflash", []),
+        ((1,), 0, 658953, "dataflash", []),
+        ((1,), 1, 0, "dataflash", []),
+        ((1,), 1, 658953, "tlog", []),
+        ((), 1, 658953, "dataflash", []),  # no compass is recorded at all
+    ],
+)
+def test_a_compass_in_use_that_says_nothing_is_a_risk(spoken, used, device, form, right):
+    keys = ("RAW_IMU", "SCALED_IMU2")
+    fields = {f"{keys[n - 1]}.{axis}": T for n in spoken for axis in ("xmag", "ymag", "zmag")}
+    log = log_from_columns({"t": T, "A.x": T, **fields}, dict.fromkeys(fields, "T"))
+    values = {"COMPASS_USE": 1, "COMPASS_PRIO1_ID": 658945, "COMPASS_USE2": used}
+    values["COMPASS_PRIO2_ID"] = device
+    log = replace(log, parameters=values, vehicle="quad", autopilot="ardupilot", format=form)
+    assert [gap.parameter for gap in safety_net(log)] == right

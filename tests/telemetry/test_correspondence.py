@@ -195,6 +195,17 @@ def test_number_in_an_old_name_is_an_instance():
     np.testing.assert_allclose(made["IMU[1]"].si("GyrX"), [0.1, 0.2, 0.3])
 
 
+def test_a_compass_needs_no_accelerometer_of_its_number():
+    """Boards with two inertial units and three compasses are common."""
+    imu = (message(f"IMU[{n}]", [0, 1], GyrX=("rad/s", [0.1, 0.2])) for n in (0, 1))
+    mag = (message(f"MAG[{n}]", [0, 1], MagX=("T", [n * 1e-5, 2e-5])) for n in (1, 2))
+    made = as_mavlink(log(*imu, *mag), "quad", table="mavlink_dataflash")
+    np.testing.assert_allclose(made["SCALED_IMU2"].si("xmag"), [1e-5, 2e-5])
+    np.testing.assert_allclose(made["SCALED_IMU3"].si("xmag"), [2e-5, 2e-5])
+    assert made["SCALED_IMU2"].made_from == "IMU[1]"
+    assert "xgyro" not in made["SCALED_IMU3"]
+
+
 def test_yaw_is_counted_from_minus_pi_and_heading_from_zero():
     own = log(
         message("ATT", [0, 1, 2], Yaw=("rad", [0.1, 3.0, 6.0])),
