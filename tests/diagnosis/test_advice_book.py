@@ -32,6 +32,7 @@ CHECKS = (
     "compass 1",
     "heading",
     "declination",
+    "agreement of compass 2",
     "offsets of compass 3",
     "interference at compass 2",
     "thrust to weight",

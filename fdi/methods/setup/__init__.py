@@ -15,6 +15,7 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``rotations.py``: MAVLink's orientations
 - ``orientation.py``: which parameter says how a compass is mounted
 - ``turned.py``: by what angle a compass is turned about the vertical, without a heading
+- ``agreement.py``: do compasses point the same way before take-off?
 - ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
 - ``mounting.py``: accelerometers and gyroscopes
 - ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down

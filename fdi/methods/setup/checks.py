@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from fdi.errors import LogError
+from fdi.methods.setup.agreement import check_agreement
 from fdi.methods.setup.battery import check_battery
 from fdi.methods.setup.compass import check_compasses
 from fdi.methods.setup.field import check_declination, check_interference, check_offsets
@@ -25,6 +26,7 @@ CHECKS: Final[tuple[Callable[[Log], Iterator[Check]], ...]] = (
     check_surfaces,
     check_mounting,
     check_compasses,
+    check_agreement,
     check_heading,
     check_declination,
     check_offsets,

@@ -241,3 +241,33 @@ def test_a_plane_that_rolls_is_not_at_rest(tmp_path: Path, stands_s: float) -> N
     found = {check.name: check for check in check_setup(read(path))}["accelerometer 1"]
     assert found.verdict == "in order"
     assert found.numbers["force_m_s2"] == pytest.approx(9.81, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("turned", "used", "verdict"),
+    [(0.0, 1.0, "in order"), (40.0, 1.0, "not known"), (-90.0, 1.0, "wrong"),
+     (180.0, 1.0, "wrong"), (90.0, 0.0, "not known")],
+)  # fmt: skip
+def test_compasses_that_point_elsewhere_on_the_ground_do_not_agree(tmp_path, turned, used, verdict):
+    """A vehicle that stands askew in a field that dips by 60 degrees, and never flies."""
+    roll, pitch = 0.2, -0.1
+    lean = Rotation.from_euler("ZYX", [0.7, pitch, roll])
+    field = lean.inv().apply(500 * np.array([0.5, 0.0, 0.87]))
+    other = Rotation.from_euler("Z", turned, degrees=True).apply(lean.apply(field))
+    readings = (np.round(x).astype(int).tolist() for x in (field, lean.inv().apply(other)))
+    first, second = readings
+    parts = [record(0.0, mav.MAVLink_param_value_message(b"COMPASS_USE2", used, 9, 1, 0))]
+    noise = np.random.default_rng(1).integers(-5, 6, (100, 3))
+    for k in range(100):
+        stamp, own = 100 * k, [x + int(n) for x, n in zip(first, noise[k], strict=True)]
+        parts += [
+            record(k / 10, mav.MAVLink_attitude_message(stamp, roll, pitch, 0.7, 0, 0, 0)),
+            record(k / 10, mav.MAVLink_raw_imu_message(1000 * stamp, *(6 * [0]), *own)),
+            record(k / 10, mav.MAVLink_scaled_imu2_message(stamp, *(6 * [0]), *second[:2],
+                                                           second[2] + k % 2)),
+        ]  # fmt: skip
+    path = tmp_path / "stands.tlog"
+    path.write_bytes(b"".join(parts))
+    found = {check.name: check for check in check_setup(read(path))}["agreement of compass 2"]
+    assert found.verdict == verdict
+    assert found.numbers["apart_deg"] == pytest.approx(abs(turned), abs=2.0)
