@@ -15,6 +15,10 @@ from fdi.telemetry.message import Floats, Message
 TURNS: Final = 0.05
 """rad/s: who turns faster is not at rest; ten times the noise of a gyroscope, and less than a
 hover's own unrest."""
+LIES: Final = 0.002
+"""rad/s, of the rates within a second: what stands on the ground scatters by a gyroscope's noise,
+0.0003 to 0.001, and what flies in calm air by ten times as much."""
+FEW_A_SECOND: Final = 4
 LEAST: Final = 20
 """Records; fewer tell nothing of an input."""
 _RATES: Final = ("rollspeed", "pitchspeed", "yawspeed")
@@ -89,11 +93,31 @@ def turning(messages: Mapping[str, Message], t: Floats) -> Floats:
     attitude = messages.get("ATTITUDE")
     if attitude is None or len(attitude) < 2 or not all(name in attitude for name in _RATES):
         return np.full(t.size, np.nan)
-    rate = np.sqrt(sum(attitude.si(name) ** 2 for name in _RATES))
-    known = np.isfinite(rate)
+    rates = np.array([attitude.si(name) for name in _RATES])
+    known = np.isfinite(rates).all(axis=0)
     if known.sum() < 2:
         return np.full(t.size, np.nan)
-    return np.interp(t, attitude.t[known], rate[known])
+    own, rates = attitude.t[known], rates[:, known]
+    rate = np.linalg.norm(rates - _at_rest(own, rates)[:, None], axis=0)
+    return np.interp(t, own, rate)
+
+
+def _at_rest(t: Floats, rates: Floats) -> Floats:
+    """Return what rates (3, n) read where nothing turns, (3,): in the calmest second of the log.
+
+    Zero where no second is as calm as a thing that lies, or that rate is more than an offset.
+    """
+    second = np.floor(t)
+    first = np.flatnonzero(np.diff(second, prepend=-np.inf))
+    count = np.diff(np.append(first, t.size))
+    mean = np.add.reduceat(rates, first, axis=1) / count
+    spread = np.add.reduceat(rates**2, first, axis=1) / count - mean**2
+    unrest = np.sqrt(np.maximum(spread, 0.0).sum(axis=0))
+    unrest[count < FEW_A_SECOND] = np.inf
+    calmest = int(np.argmin(unrest))
+    offset = mean[:, calmest]
+    is_offset = unrest[calmest] <= LIES and np.linalg.norm(offset) <= TURNS
+    return np.asarray(offset if is_offset else np.zeros(3))
 
 
 def accelerometers(messages: Mapping[str, Message]) -> list[Message]:

@@ -5,6 +5,7 @@ import pytest
 
 from fdi.telemetry.events import Event
 from fdi.telemetry.inputs import believed, inputs_of
+from fdi.telemetry.inputs.values import turning
 from fdi.telemetry.message import Column, Message
 from fdi.units import Conversion
 
@@ -261,3 +262,23 @@ def test_an_estimator_that_fails_later_and_a_fast_vehicle_are_read(runs):
     found, _ = judged(*estimated(runs), receiver(3))
     assert found["LOCAL_POSITION_NED"].has_known("vz")
     assert found["AHRS2"].has_known("roll")
+
+
+def lying(offset, scatter=0.0005):
+    """Return an attitude that turns in the first half and lies in the second; rates, rad/s."""
+    half = T < 30.0
+    rates = (
+        offset + np.where(half, 0.3 * np.sin(3 * T), 0.0) + scatter * RNG.standard_normal(T.size)
+    )
+    zero = np.zeros(T.size)
+    return message("ATTITUDE", {"rollspeed": rates, "pitchspeed": zero, "yawspeed": zero})
+
+
+@pytest.mark.parametrize(
+    ("offset", "scatter", "told"),
+    [(0.03, 0.0005, 0.0), (0.0, 0.0005, 0.0), (0.03, 0.01, 0.03), (0.5, 0.0005, 0.5)],
+)
+def test_what_lies_does_not_turn_by_the_offset_of_its_gyroscope(offset, scatter, told):
+    """What scatters as in flight has no offset that is known, nor is one that large an offset."""
+    turns = turning({"ATTITUDE": lying(offset, scatter)}, T)
+    assert np.median(turns[T > 40.0]) == pytest.approx(told, abs=0.005)
