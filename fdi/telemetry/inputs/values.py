@@ -98,7 +98,7 @@ def turning(messages: Mapping[str, Message], t: Floats) -> Floats:
     if known.sum() < 2:
         return np.full(t.size, np.nan)
     own, rates = attitude.t[known], rates[:, known]
-    rate = np.linalg.norm(rates - _at_rest(own, rates)[:, None], axis=0)
+    rate: Floats = np.linalg.norm(rates - _at_rest(own, rates)[:, None], axis=0)
     return np.interp(t, own, rate)
 
 
