@@ -170,7 +170,9 @@ def told_by(residuals: Residuals, recipe: PredictedSpread) -> Told:
     deviation = np.maximum(size - tolerance, 0.0)
     spread = _swung(residuals, centre)
     block = max(3, round(recipe.block_s * signals.rate_hz))
-    factor = _factors(deviation, spread, (airborne_mask(signals), reference), block, recipe)
+    noisy = _noisy(residuals)
+    where = (airborne_mask(signals) & noisy, reference & noisy)
+    factor = _factors(deviation, spread, where, block, recipe)
     factor = np.where(limit, 1.0, np.where(stated, np.minimum(factor, 1.0), factor))
     unfit = _unfit(residuals, size, tolerance, (reference, first), recipe)
     steady = np.array([equation.steady for equation in equations], bool)
@@ -226,6 +228,14 @@ def _usual(spread: Floats, reference: NDArray[np.bool_]) -> Floats:
     some = np.isfinite(known).any(axis=1)
     found[some] = np.nanmedian(known[some], axis=1)
     return found
+
+
+def _noisy(residuals: Residuals) -> NDArray[np.bool_]:
+    """Return where noise is the larger part of the spread, (r, n): only there it can be told."""
+    if residuals.swung is None:
+        return np.ones(residuals.values.shape, np.bool_)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(2.0 * residuals.swung**2 <= residuals.spread**2)
 
 
 def _swung(residuals: Residuals, centre: Floats) -> Floats:

@@ -172,6 +172,7 @@ class Bank:
             signals,
             differentiation,
             found.ambiguous,
+            found.swung,
         )
 
     def describe(self, generator: Generator) -> str:
@@ -218,6 +219,9 @@ class Residuals(Shown):
         How derivatives were taken.
     ambiguous : (r, n) bool or None
         Where it is unknown because several roots fit and no channel tells which is meant.
+    swung : (r, n) float or None
+        The part of ``spread`` that is of such a constant: it is one for the whole flight, and what
+        a flight is calmer than stated does not tell of it.
     """
 
     bank: Bank
@@ -232,6 +236,7 @@ class Residuals(Shown):
     signals: Signals
     recipe: Differentiation
     ambiguous: NDArray[np.bool_] | None = None
+    swung: Floats | None = None
 
     @property
     def lasting(self) -> Floats:

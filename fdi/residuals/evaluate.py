@@ -65,6 +65,7 @@ class Evaluated(NamedTuple):
     spread: Floats
     allowance: Floats
     swing: Floats
+    swung: Floats
     unsure: Floats
     delay_s: Floats
     response: Floats
@@ -85,7 +86,8 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
     rows: dict[int, list[int]] = {}
     for row, number in enumerate(wanted):
         rows.setdefault(number, []).append(row)
-    values, spread, allowance, swing, unsure = (np.full((count, size), np.nan) for _ in range(5))
+    values, spread, allowance, unsure = (np.full((count, size), np.nan) for _ in range(4))
+    swing, swung = np.zeros((count, size)), np.zeros((count, size))
     ahead = np.zeros(count)
     ambiguous = np.zeros((count, size), dtype=bool)
     response = np.full((count, len(context.system.faults)), np.nan)
@@ -100,6 +102,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             spread[row] = root_sum(value.effects, kinds, size)
             allowance[row] = _sum(value.effects, "offset", size)
             swing[row] = root_sum(value.effects, ("swing",), size)
+            swung[row] = root_sum(value.effects, ("swung",), size)
             unsure[row] = root_sum(value.effects, ("parameter",), size)
             ahead[row] = value.ahead * context.step
             response[row] = _response(value, context.system)
@@ -110,9 +113,12 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    for array in (values, spread, allowance, swing, unsure, ahead, response, ambiguous):
+    found = Evaluated(
+        values, spread, allowance, swing, swung, unsure, ahead, response, ambiguous
+    )  # fmt: skip
+    for array in found:
         array.flags.writeable = False
-    return Evaluated(values, spread, allowance, swing, unsure, ahead, response, ambiguous)
+    return found
 
 
 def context_of(
@@ -358,7 +364,8 @@ def _strays(
         change = _since(_at_first(heading, context, circular=True), heading, circular=True)
         turned = 2 * np.abs(np.sin(change / 2))
         at_first = [_at_first(value, context, circular=False) for _, value in told(equation.swings)]
-        effects["noise", number, 0] = np.sqrt(np.nansum(np.square(at_first))) * turned
+        swung = np.sqrt(np.nansum(np.square(at_first))) * turned
+        effects |= {("noise", number, 0): swung, ("swung", number, 0): swung}
         effects["swing", number, 0] = turned
     for place, value in told(equation.errors):
         change = _since(_at_first(value, context, circular=False), value, circular=False)

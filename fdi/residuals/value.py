@@ -22,8 +22,8 @@ from fdi.telemetry import Signals
 
 Source = tuple[str, int, int]
 Effects = dict[Source, Floats]
-"""(``noise``, ``late``, ``offset``, ``swing``, ``parameter``; source, generation) to the column by
-which the value moves."""
+"""(``noise``, ``late``, ``offset``, ``swing``, ``swung``, ``parameter``; source, generation) to the
+column by which the value moves."""
 
 
 @dataclass(slots=True)

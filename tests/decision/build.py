@@ -37,6 +37,7 @@ def residuals(
     spread=1.0,
     allowance=0.0,
     swing=0.0,
+    swung=None,
     unsure=0.0,
     tolerance=0.0,
     delay=0.0,
@@ -59,6 +60,7 @@ def residuals(
         np.full((count, 0), np.nan),
         signals(size, flights=flights, rate=rate),
         Differentiation(),
+        swung=None if swung is None else np.broadcast_to(np.float64(swung), values.shape).copy(),
     )
 
 

@@ -93,6 +93,15 @@ def test_a_threshold_is_so_many_spreads_as_the_noise_shows_within_its_bounds(siz
     assert one.noise[0] == pytest.approx(np.full(N, 5.0 * shown))
 
 
+@pytest.mark.parametrize(("is_told", "share"), [(True, 1.0), (False, 0.2)])
+def test_how_noisy_a_flight_is_shows_where_noise_is_most_of_what_is_expected(is_told, share):
+    """As noisy as stated; beside that a constant may swing by ten times as much, as a rule."""
+    turned = np.where(np.arange(N) % 10, 10.0, 0.0)
+    values = NINETY * np.where(np.arange(N) // 10 % 2, 1.0, -1.0)
+    found = told(values, spread=np.hypot(1.0, turned), swung=turned if is_told else None)
+    assert found.quieter[0] == pytest.approx(share, abs=0.01)
+
+
 def test_a_flight_may_become_three_times_as_rough_as_it_was_and_not_more():
     for later, kept in ((1.2, 1.2), (1.4, 1.4), (1.6, 1.5), (3.0, 1.5)):
         found = told(np.where(EARLY, 0.5, later) * swinging(NINETY))
