@@ -160,12 +160,17 @@ def _flight(course: Course, phases: Phases, stretch: tuple[int, int], next_one: 
         flight = replace(flight, restart=restart, end=restart)
     elif disarmed and met.t.size and met.climb[-1] >= -HARD_SPEED:
         flight = replace(flight, landing=min(down, high))  # the log ends as it has landed
-    flight = replace(flight, stood=_stood(motion, phases, first, since))
+    flight = replace(flight, stood=_stood(motion, phases, first, since, wings=wings))
     return _with_phases(flight, motion, ground)
 
 
-def _stood(motion: Motion, phases: Phases, first: int, until: float) -> tuple[float, float] | None:
-    """Return from when to when it stood last before the row ``first``."""
+def _stood(
+    motion: Motion, phases: Phases, first: int, until: float, *, wings: Wings
+) -> tuple[float, float] | None:
+    """Return from when to when it stood last before the row ``first``.
+
+    What rotors alone carry neither rolls nor is pushed, whatever an estimator says of its speed.
+    """
     earlier = motion.at(np.searchsorted(motion.t, phases.t[:first]))
     with np.errstate(invalid="ignore"):
         moves = phases.in_air[:first] | (earlier.turns > CARRIED) | (earlier.t > until)
@@ -173,7 +178,8 @@ def _stood(motion: Motion, phases: Phases, first: int, until: float) -> tuple[fl
         rolls = np.where(
             np.isnan(earlier.speed), earlier.throttle > IDLE, earlier.speed > STANDS_MS
         )
-    moves |= rolls
+    if wings != "none":
+        moves |= rolls
     still = np.flatnonzero(~moves)
     if not still.size:
         return None

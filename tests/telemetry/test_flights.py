@@ -40,6 +40,25 @@ def test_a_vehicle_stands_before_its_flight(load):
     assert state.standing.tolist() == [True, True, False]
 
 
+class Adrift(Flight):
+    """The same, whose estimator nobody tells where it is: it drifts with 3 m/s."""
+
+    def messages(self, t, tick):
+        made = super().messages(t, tick)
+        for one in made:
+            if one.get_type() == "VFR_HUD":
+                one.groundspeed = 3.0
+        return made
+
+
+@pytest.mark.parametrize(
+    ("kind", "stands"), [(mav.MAV_TYPE_QUADROTOR, True), (mav.MAV_TYPE_FIXED_WING, False)]
+)
+def test_what_rotors_carry_stands_whatever_an_estimator_says_of_its_speed(load, kind, stands):
+    (flight,) = load(Adrift(kind=kind).bytes()).flights
+    assert (flight.stood is not None) is stands
+
+
 def test_phases_follow_the_flight(load):
     log = load(BASE.bytes())
     (flight,) = log.flights

@@ -36,6 +36,8 @@ ESTIMATED: Final = {
     "GLOBAL_POSITION_INT": ("lat", "lon", "vx", "vy", "vz"),
     SECOND: ("roll", "pitch", "yaw", "altitude", "lat", "lng"),
 }
+_ON_BOARD: Final = ("ATT", "vehicle_attitude")
+"""Records on board leave no receiver out, as links do."""
 _AIDS: Final = (
     *("OPTICAL_FLOW", "OPTICAL_FLOW_RAD", "ODOMETRY", "VISION_POSITION_ESTIMATE"),
     *("VISION_SPEED_ESTIMATE", "VICON_POSITION_ESTIMATE", "ATT_POS_MOCAP", "GPS2_RAW"),
@@ -64,16 +66,21 @@ def judge_velocity(messages: Mapping[str, Message], armed: Floats) -> Iterator[J
             continue
         if away:
             yield judged("estimates beside the attitude", message, own, False, away)
-        elif unaided is not None and key != SECOND:
-            level = tuple(field for field in own if field not in VERTICAL)
+            continue
+        level = tuple(field for field in own if field not in VERTICAL)
+        if unaided is not None and key != SECOND and level:
             why = unaided or "the receiver tells the position"
             yield judged("estimated velocity over ground", message, level, not unaided, why)
 
 
 def _unaided(messages: Mapping[str, Message], armed: Floats) -> str | None:
     """Return why nothing tells where it goes, "" where something does; None: that is not known."""
+    if any(key in messages for key in _AIDS):
+        return None
     receiver = messages.get("GPS_RAW_INT")
-    if receiver is None or "fix_type" not in receiver or any(key in messages for key in _AIDS):
+    if receiver is None and any(key in messages for key in _ON_BOARD):
+        return "no receiver is in the log, and nothing else tells it"
+    if receiver is None or "fix_type" not in receiver:
         return None
     fix = receiver.si("fix_type")
     on = _while_armed(receiver, armed) & np.isfinite(fix)

@@ -241,6 +241,20 @@ def test_where_it_goes_nobody_knows_without_a_fix(aid):
         assert "a position in 0 % of the armed time" in told[OVER_GROUND].why
 
 
+def test_a_height_alone_is_no_velocity():
+    sinks = message("GLOBAL_POSITION_INT", {"vz": np.zeros(T.size)})
+    _, told = judged(sinks, receiver(3))
+    assert told == {}
+
+
+@pytest.mark.parametrize(("on_board", "is_read"), [(True, False), (False, True)])
+def test_a_log_on_board_without_a_receiver_has_no_position(on_board, is_read):
+    """A link may leave the receiver out."""
+    own = [message("ATT", {"Roll": T})] if on_board else []
+    found, _ = judged(*estimated(), *own)
+    assert found["LOCAL_POSITION_NED"].has_known("vx") is is_read
+
+
 @pytest.mark.parametrize("share", [0.2, 1.0])
 def test_a_fix_that_is_lost_in_flight_costs_no_belief(share):
     found, told = judged(*estimated(), receiver(np.where(60.0 * share > T, 3, 0)))
