@@ -20,7 +20,7 @@ import numpy as np
 
 from fdi.errors import FdiError
 from fdi.evaluation import load_labels
-from fdi.methods.setup.compass import COMPASSES, compass_readings, earth_field, in_flight
+from fdi.methods.setup.compass import all_readings, earth_field, in_flight
 from fdi.methods.setup.records import attitude
 from fdi.model.evaluate import Floats, wrap
 from fdi.telemetry import Log, read
@@ -71,9 +71,7 @@ def deviations(log: Log, until: float) -> Iterator[tuple[int, float, float]]:
     if known is None or model is None:
         return
     flat, declination = np.hypot(*model[:2]), np.arctan2(model[1], model[0])
-    for number, key in enumerate(COMPASSES, 1):
-        if (readings := compass_readings(log, key)) is None:
-            continue
+    for number, readings in all_readings(log).items():
         turn, field = in_flight(log, readings, known, end=until)
         if not turn.t.size:
             continue

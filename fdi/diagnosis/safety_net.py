@@ -14,7 +14,7 @@ from typing import Final, Literal
 
 from fdi.diagnosis.advice_book import Rule, load_book
 from fdi.diagnosis.stood_out import Fact
-from fdi.methods.setup.compass import COMPASSES, compass_readings
+from fdi.methods.setup.compass import COMPASSES, all_readings, use_parameter
 from fdi.shown import Shown
 from fdi.telemetry import Log
 from fdi.telemetry.motors import ROTORS
@@ -171,12 +171,12 @@ def _silent_compasses(log: Log) -> Iterator[Gap]:
     """Yield the compasses that are in use and there, and say nothing while others do."""
     if log.format != "dataflash":  # a telemetry link leaves out what is there
         return
-    speak = {n for n, key in enumerate(COMPASSES, 1) if compass_readings(log, key) is not None}
+    speak = all_readings(log)
     for number in range(1, len(COMPASSES) + 1):
-        name = f"COMPASS_USE{number if number > 1 else ''}"
+        name = use_parameter(number)
         device = log.parameters.get(f"COMPASS_PRIO{number}_ID", 0.0)
         if speak and number not in speak and device and log.parameters.get(name) == 1.0:
-            means = f"compass {number} is in use, and the log holds no reading of it"
+            means = f"compass {number} is in use, and says nothing here, or always the same"
             yield Gap("risk", name, 1.0, means, *_page("ap_compass"))
 
 

@@ -2,8 +2,8 @@
 
 In: an analysis and a test: the id of a residual generator, the name of the statement that it leaves
 over, a component, ``all``, or ``facts``: what stood out, how a log begins in the air and what the
-safety net lacks, with the records it rests on. Out: a table
-of the tests meant, and for up to `MOST_TOLD` of them everything that the decision went by.
+safety net lacks, with the records it rests on. Out: a table of the tests meant, and for up to
+`MOST_TOLD` of them everything that the decision went by.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from fdi.methods.setup.compass import COMPASSES, as_used, compass_readings, is_used
+from fdi.methods.setup.compass import all_readings, as_used, is_used
 from fdi.methods.setup.interval import Interval, by_parts, in_degrees, numbers_of, verdict_of
 from fdi.methods.setup.records import Series, attitude, stretches
 from fdi.methods.setup.rotations import to_earth
@@ -33,20 +33,14 @@ _FEW: Final = 20
 
 def check_agreement(log: Log) -> Iterator[Check]:
     """Yield for each compass but the first in use whether it points where that one does."""
-    known = attitude(log)
-    if known is None:
+    known, found = attitude(log), all_readings(log)
+    used = [number for number in found if is_used(log, number)]
+    if known is None or not used:
         return
-    found = {
-        number: readings
-        for number, key in enumerate(COMPASSES, 1)
-        if (readings := compass_readings(log, key)) is not None
-    }
-    first = next((number for number in found if is_used(log, number)), None)
     until = min((part.start for part in stretches(log)), default=np.inf)
-    for number in found if first is not None else ():
-        if number != first:
-            one = _apart(number, found[number], first or 0, found[first or 0], known, until)
-            yield as_used(one, log, number)
+    for number in sorted(found.keys() - used[:1]):
+        one = _apart(number, found[number], used[0], found[used[0]], known, until)
+        yield as_used(one, log, number)
 
 
 def _apart(

@@ -68,9 +68,7 @@ class Fit(NamedTuple):
 def check_compasses(log: Log) -> Iterator[Check]:
     """Yield for each compass of a log whether it is turned."""
     known, model = attitude(log), earth_field(log)
-    found = {
-        n: s for n, key in enumerate(COMPASSES, 1) if (s := compass_readings(log, key)) is not None
-    }
+    found = all_readings(log)
     if not found:
         yield Check("compass", "not known", "the log holds no readings of a compass")
     for number, readings in found.items():
@@ -94,7 +92,12 @@ def is_used(log: Log, number: int) -> bool:
 
     ArduPilot's ``COMPASS_USE``, ``COMPASS_USE2``, ``COMPASS_USE3``.
     """
-    return log.parameters.get(f"COMPASS_USE{number if number > 1 else ''}") != 0
+    return log.parameters.get(use_parameter(number)) != 0
+
+
+def use_parameter(number: int) -> str:
+    """Return ArduPilot's parameter that says whether a compass is used, 1 for the first."""
+    return f"COMPASS_USE{number if number > 1 else ''}"
 
 
 def as_used(check: Check, log: Log, number: int) -> Check:
@@ -115,6 +118,12 @@ def earth_field(log: Log) -> Floats | None:
     flat = np.cos(inclination)
     east = np.array([np.cos(declination) * flat, np.sin(declination) * flat, np.sin(inclination)])
     return np.asarray(strength * east)
+
+
+def all_readings(log: Log) -> dict[int, Series]:
+    """Return what each compass that says something reads, by its number, 1 for the first."""
+    told = ((number, compass_readings(log, key)) for number, key in enumerate(COMPASSES, 1))
+    return {number: readings for number, readings in told if readings is not None}
 
 
 def compass_readings(log: Log, key: str) -> Series | None:

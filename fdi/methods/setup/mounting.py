@@ -128,7 +128,8 @@ def _at_rest(log: Log, force: Series) -> np.ndarray:
         turning = np.interp(force.t, rates.t, np.abs(rates.values).max(axis=0))
         still &= turning < _STILL
     first = min((part.start for part in stretches(log)), default=np.inf)
-    for flight in [one for one in log.flights if one.flew][:1]:
+    flight = next((one for one in log.flights if one.flew), None)
+    if flight is not None:
         first = min(first, -np.inf if flight.stood is None else flight.stood[1])
     return np.asarray(still & (force.t < first))
 

@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from fdi.telemetry.inputs.values import Judged, accelerometers, first_half, judged
+from fdi.telemetry.inputs.values import Judged, accelerometers, first_half, judged, while_armed
 from fdi.telemetry.message import Floats, Message
 from fdi.units import G0
 
@@ -71,7 +71,7 @@ def _averaged(attitude: Message, felt: Message, armed: Floats) -> tuple[Floats, 
     force = np.array([felt.si(axis) for axis in ("xacc", "yacc", "zacc")])
     on = np.isfinite(force).all(axis=0)
     on &= (t >= attitude.t[0]) & (t <= attitude.t[-1]) if len(attitude) else False
-    on &= np.any([(t >= low) & (t <= high) for low, high in armed] or [on & False], axis=0)
+    on &= while_armed(t, armed)
     t, force = t[on], force[:, on]
     down = _down(attitude, t)
     known = np.isfinite(down).all(axis=0)

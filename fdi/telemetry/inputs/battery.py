@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from fdi.telemetry.inputs.values import LEAST, Judged, Mask, first_half, judged
+from fdi.telemetry.inputs.values import LEAST, Judged, Mask, first_half, judged, while_armed
 from fdi.telemetry.message import Floats, Message
 
 _CHARGE: Final = "battery_remaining"
@@ -64,9 +64,7 @@ def _charge(name: str, message: Message) -> Judged:
 
 def _powered(messages: Mapping[str, Message], t: Floats, armed: Floats) -> Mask:
     """Return when the motors are given power, (n,) bool."""
-    on = np.zeros(t.size, np.bool_)
-    for low, high in armed:
-        on |= (t >= low) & (t <= high)
+    on = while_armed(t, armed)
     hud = messages.get("VFR_HUD")
     if hud is None or "throttle" not in hud or len(hud) < 2:
         return np.zeros(t.size, np.bool_)

@@ -18,7 +18,16 @@ from typing import Final
 
 import numpy as np
 
-from fdi.telemetry.inputs.values import LEAST, TURNS, Judged, Mask, first_half, judged, turning
+from fdi.telemetry.inputs.values import (
+    LEAST,
+    TURNS,
+    Judged,
+    Mask,
+    first_half,
+    judged,
+    turning,
+    while_armed,
+)
 from fdi.telemetry.message import Floats, Message
 
 _MOTORS: Final = "MOTORS"
@@ -66,9 +75,7 @@ def _as_sent(message: Message, field: str) -> Floats:
 
 def _in_motion(messages: Mapping[str, Message], t: Floats, shares: Floats, armed: Floats) -> Mask:
     """Return when the vehicle is armed, under power and turns (or nobody knows), (n,) bool."""
-    on = np.zeros(t.size, np.bool_)
-    for low, high in armed:
-        on |= (t >= low) & (t <= high)
+    on = while_armed(t, armed)
     rate = turning(messages, t)
     on &= ~(rate < TURNS)
     with np.errstate(invalid="ignore"):

@@ -88,6 +88,14 @@ def judged(
     return Judged(Input(name, told, believed, why, left), masks)
 
 
+def while_armed(t: Floats, armed: Floats) -> Mask:
+    """Return which times, (n,), lie in one of the stretches, (k, 2), in which it is armed."""
+    on = np.zeros(t.size, np.bool_)
+    for low, high in armed:
+        on |= (t >= low) & (t <= high)
+    return on
+
+
 def turning(messages: Mapping[str, Message], t: Floats) -> Floats:
     """Return how fast the vehicle turns at times t, (n,) rad/s; NaN where the log does not tell."""
     attitude = messages.get("ATTITUDE")

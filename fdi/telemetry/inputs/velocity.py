@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from fdi.telemetry.inputs.values import LEAST, Judged, Mask, first_half, judged
+from fdi.telemetry.inputs.values import LEAST, Judged, first_half, judged, while_armed
 from fdi.telemetry.message import Floats, Message
 
 FIXED: Final = 3
@@ -83,7 +83,7 @@ def _unaided(messages: Mapping[str, Message], armed: Floats) -> str | None:
     if receiver is None or "fix_type" not in receiver:
         return None
     fix = receiver.si("fix_type")
-    on = _while_armed(receiver, armed) & np.isfinite(fix)
+    on = while_armed(receiver.t, armed) & np.isfinite(fix)
     if np.count_nonzero(on) < LEAST:
         return None
     share = float(np.mean(fix[on] >= FIXED))
@@ -101,13 +101,7 @@ def _runs_away(message: Message | None, armed: Floats) -> str:
     if not speeds:
         return ""
     fastest = np.max(np.abs(speeds), axis=0)
-    half = first_half(_while_armed(message, armed) & np.isfinite(fastest))
+    half = first_half(while_armed(message.t, armed) & np.isfinite(fastest))
     if np.count_nonzero(half) < LEAST or np.mean(fastest[half] > FASTEST) < OFTEN:
         return ""
     return f"by them the vehicle flies with up to {fastest[half].max():.0f} m/s"
-
-
-def _while_armed(message: Message, armed: Floats) -> Mask:
-    t = message.t
-    inside = [(t >= low) & (t <= high) for low, high in armed] or [t < -np.inf]
-    return np.asarray(np.any(inside, axis=0))
