@@ -22,6 +22,7 @@ from fdi.model.evaluate import Floats, wrap
 from fdi.model.parts import Kind
 from fdi.model.system import System
 from fdi.residuals import Bank, Generator, Residuals
+from fdi.telemetry import Signals
 from fdi.telemetry.airtime import airborne_mask, reference_mask, settled_mask
 
 CLIP: Final = 5.0
@@ -272,6 +273,10 @@ def _unfit(
         most = np.nanmax(np.where(reference, np.nan_to_num(size), 0.0), axis=1, initial=0.0)
         unfit &= ~(begins <= recipe.most_factor) | _turned(residuals, reference, most)
     stands = _stands(size > tolerance, np.isfinite(size), reference)
+    # an order that came in flight is no condition of the vehicle, however early it came
+    ordered = np.array([equation.command for equation in equations], bool)
+    began = _began(size > tolerance, np.isfinite(size), residuals.signals, reference)
+    stands &= ~(ordered & began)
     unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)
     # where the constant that is allowed could not be learned, nothing is held against the test
     unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
@@ -413,6 +418,18 @@ def _spoiled(unfit: NDArray[np.bool_], bank: Bank) -> NDArray[np.bool_]:
     ]
     bad = [used[row] for row in np.flatnonzero(unfit) if used[row]]
     return np.array([any(own >= other for other in bad) for own in used], dtype=bool)
+
+
+def _began(
+    violated: NDArray[np.bool_],
+    known: NDArray[np.bool_],
+    signals: Signals,
+    reference: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Return the tests that were in order as the flight began, before the reference did."""
+    before = airborne_mask(signals) & (np.cumsum(reference) == 0)
+    over, told = (which[:, before].sum(axis=1) for which in (violated, known))
+    return np.asarray((told > TOLD * np.count_nonzero(before)) & (over < TOLD * told))
 
 
 def _stands(

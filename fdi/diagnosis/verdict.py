@@ -206,20 +206,16 @@ def _end_words(end: FlightEnd) -> str:
         speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
         lost = ""
         if end.lost_control is not None and end.at - end.lost_control >= 0.1:
-            what = "all motors were told to stop" if end.lost_by == "stop" else "control was lost"
-            lost = f", {end.at - end.lost_control:.1f} s after {what}"
+            lost = f", {end.at - end.lost_control:.1f} s after {end.loss}"
         if not end.is_seen:  # no longer than what it replaces, so that the rest has its place
             return f"Fell{speed} (log {end.at:.1f} s, its end){lost}"
         return f"Hit the ground{speed} {clock}{lost}"
     if end.how == "restarted":
         return f"The autopilot started anew in the air {clock}"
     if end.lost_control is not None:
-        what = (
-            "All motors were told to stop in the air"
-            if end.lost_by == "stop"
-            else "Control was lost"
-        )
-        return f"{what} (log {end.lost_control:.1f} s) and the log shows no recovery"
+        where = " in the air" if end.lost_by == "stop" else ""
+        when = f"(log {end.lost_control:.1f} s)"
+        return f"{end.loss[0].upper()}{end.loss[1:]}{where} {when} and the log shows no recovery"
     if end.how == "tipped_over":
         return f"Tipped over on the ground {clock}"
     return f"The recording stops in flight {clock}" if end.how == "in_air" else f"Landed {clock}"
@@ -307,8 +303,11 @@ def _order(findings: Sequence[Finding], signals: Signals, bad: FlightEnd | None)
     """
     first = findings[0]
     # what shows after control was lost may still be the cause, but it was not seen to be first
-    if bad is not None and bad.lost_control is not None and first.onset > bad.lost_control:
-        return "after"
+    if bad is not None and bad.lost_control is not None:
+        # a spin is what a fault of the propulsion shows itself, and at once
+        late = SIMULTANEOUS_S if bad.lost_by == "spin" else 0.0
+        if first.onset > bad.lost_control + late:
+            return "after"
     if any(one.onset < first.onset for one in findings if one.flight == first.flight):
         return "later"
     flight = signals.flights[first.flight] if first.flight < len(signals.flights) else None

@@ -3,7 +3,7 @@
 In: flights, events and the messages that show attitude, demand and outputs. Out: a `FlightEnd` per
 flight. Control counts as lost from the beginning of the stretch that lasts to the end of the flight
 and in which the vehicle leans where nobody wants it (further than 60 degrees without a demand for
-it, or 35 and as far from the demand), or falls with all motor outputs at their stop.
+it, or 35 and as far from the demand), spins, or falls with all motor outputs at their stop.
 
 What is not known is not claimed: without a demand in the log only a mode that levels the vehicle
 by itself makes a lean unwanted.
@@ -21,15 +21,16 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.events import Event, Flight, flight_state
 from fdi.telemetry.impact import OVER_S
+from fdi.telemetry.inputs.values import turning
 from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.meaning.restarts import last_heard
 from fdi.telemetry.message import Message
 from fdi.telemetry.motion import by_pressure
 from fdi.telemetry.ordered import Order
-from fdi.telemetry.phases import WASH_M
+from fdi.telemetry.phases import SPINS, WASH_M
 
 Floats = NDArray[np.float64]
-LostBy = Literal["lean", "demand", "stop"]
+LostBy = Literal["lean", "demand", "spin", "stop"]
 How = Literal[
     "landed",
     "impact",
@@ -64,7 +65,8 @@ TOUCH_S: Final = 1.5
 FALLING: Final = 2.0
 """m/s: who sinks faster with idle rotors falls."""
 SPINNING: Final = 3.5
-"""rad/s about roll and pitch: a vehicle on its legs is not turned so fast."""
+"""rad/s: a vehicle on its legs is not turned so fast about roll and pitch, and no autopilot asks
+for more about yaw in a mode that levels (MC_YAWRATE_MAX 200 degrees a second, ATC_RATE_Y_MAX)."""
 FEW: Final = 3
 """Records of an attitude, fewer of which are one that flickers."""
 TIPPING_S: Final = 5.0
@@ -100,8 +102,8 @@ class FlightEnd:
     overturned : float or None
         s, since when a vehicle with rotors lies on its back, to the end: it does not fly any more.
     lost_by : str
-        How that shows: it leans (``lean``), does not follow its demand (``demand``), falls with all
-        motors at their stop (``stop``).
+        How that shows: it leans (``lean``), does not follow its demand (``demand``), spins
+        (``spin``), falls with all motors at their stop (``stop``).
     chain : tuple of Order
         What was ordered last and has been in force since, in the order of time.
     is_seen : bool
@@ -122,6 +124,13 @@ class FlightEnd:
     def is_bad(self) -> bool:
         """Whether something went wrong, whoever's fault it is."""
         return self.how in BAD or self.lost_control is not None
+
+    @property
+    def loss(self) -> str:
+        """How control was lost, in words: a clause without its time."""
+        if self.lost_by == "stop":
+            return "all motors were told to stop"
+        return "it began to spin" if self.lost_by == "spin" else "control was lost"
 
 
 def find_ends(
@@ -305,6 +314,10 @@ def _upset(
     ]
     over = _to_the_end(t, tilt > np.radians(90.0), high, OVER_S) if has_rotors else None
     shown.append((over, "lean"))
+    turns = turning(messages, t)
+    spun = _to_the_end(t, (turns > SPINNING) & levels, high, OUT_S)
+    if spun is not None and np.median(turns[t >= spun]) > SPINS:
+        shown.append((spun, "spin"))
     return [(since, by) for since, by in shown if since is not None], over
 
 
@@ -372,6 +385,8 @@ def _to_the_end(t: Floats, out: NDArray[np.bool_], high: float, least: float) ->
     where = np.flatnonzero(out)
     if not where.size or high - t[where[-1]] > LAST_S:
         return None
-    pauses = np.flatnonzero(np.diff(t[where]) > PAUSE_S)
+    # a recorder that pauses shows no recovery, unless for longer than one takes
+    recovers = (np.diff(where) > 1) | (np.diff(t[where]) > OVER_S)
+    pauses = np.flatnonzero((np.diff(t[where]) > PAUSE_S) & recovers)
     first = where[pauses[-1] + 1] if pauses.size else where[0]
     return float(t[first]) if high - t[first] >= least else None

@@ -41,6 +41,7 @@ ALOFT_M: Final = 2.5
 """Above the ground; from here on ArduPilot's filter takes the ground's magnetic interference for
 insignificant (AP_NavEKF3: EKF3_MAG_FINAL_RESET_ALT)."""
 STANDS_MS: Final = 0.6  # m/s over ground: a receiver's velocity at rest, and no run for a take-off
+TURNS: Final = 1.0  # rad/s: on its legs a vehicle that lifts off slides and rocks by less
 LIFTS: Final = 0.9
 """Of the throttle in the air: below it rotors give 0.8 to 0.9 of the weight and lift nothing."""
 STILL: Final = 0.05  # rad/s: between who stands (0.01) and who flies (0.1)
@@ -100,8 +101,9 @@ def flight_events(flights: Sequence[Flight]) -> list[Event]:
         if flight.landing is not None:
             made.append(Event(flight.landing, "landing", "landing"))
         if flight.impact is not None:
-            text = f"impact at {flight.impact_speed:.1f} m/s"
-            made.append(Event(flight.impact, "impact", text, None, flight.impact_speed))
+            speed = flight.impact_speed
+            text = "impact" if speed is None else f"impact at {speed:.1f} m/s"
+            made.append(Event(flight.impact, "impact", text, None, speed))
     return made
 
 
@@ -207,7 +209,8 @@ def _take_off(motion: Motion, before: float, down: float, *, wings: Wings) -> fl
     if not up.size:
         return before
     with np.errstate(invalid="ignore"):
-        rests = (above <= REST_M) & ~(part.climb > REST_CLIMB)
+        # an estimate of height may rest where the vehicle does not
+        rests = (above <= REST_M) & ~(part.climb > REST_CLIMB) & ~(part.turns > TURNS)
         # an estimate that settles climbs by metres; nothing is felt, and the rotors carry nothing
         still = (part.turns < STILL) & (np.abs(part.force - G0) < STILL_FORCE)
         still &= part.throttle < lifts

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.motion import Motion, known
+from fdi.telemetry.phases import SPINS, WASH_M
 from fdi.units import G0
 
 Floats = NDArray[np.float64]
@@ -49,19 +50,21 @@ SETTLE_S: Final = (1.0, 4.0)  # s after it in which it no longer sinks
 REBOUND_M: Final = 3.0  # m; who climbs higher flies
 NEAR_GROUND_M: Final = 10.0  # m above the place of take-off; elsewhere it must come to rest
 DIVE_SPEED: Final = 4.0  # m/s, faster than a commanded descent of most vehicles
+TOLD_SPEED: Final = 1.0  # m/s: the error of the mean of a second by air pressure in a spin
 FASTEST: Final = 100.0  # m/s: beyond the fall of any of them; a height that does is damaged
 DIVE_S: Final = 3.0  # s to the ground (the place of take-off) at that speed
 REST_SPEED: Final = 1.0  # m/s over ground, for a vehicle that need not roll out
 MOVED_M: Final = 1.5  # m: beyond the drift of a barometer
 IDLE_THROTTLE: Final = 0.1  # of full: below any hover or cruise
 QUIET_S: Final = 3.0  # s of rest at the end that show a landing
-SPINS: Final = 10.0  # rad/s: faster than anybody flies, in a spin or a tumble
 
 
 def find_impact(
     motion: Motion, ground: float, *, disarmed: bool, is_end: bool, has_wings: bool
-) -> tuple[int, float] | None:
+) -> tuple[int, float | None] | None:
     """Return the last row before an impact and the speed of descent there, m/s; None without one.
+
+    The speed is None where nothing tells it: who spins down slowly upsets estimate and pressure.
 
     Parameters
     ----------
@@ -86,8 +89,8 @@ def find_impact(
     return blow
 
 
-def _blow(motion: Motion, ground: float, *, has_wings: bool) -> tuple[int, float] | None:
-    """Return the last row before the first blow and the speed of descent there."""
+def _blow(motion: Motion, ground: float, *, has_wings: bool) -> tuple[int, float | None] | None:
+    """Return the last row before the first blow and the speed of descent there, None unknown."""
     t, climb, force = motion.t, motion.climb, motion.force
     felt = known(force)
     least = BLOW if motion.is_dense else STOP_FORCE
@@ -101,31 +104,105 @@ def _blow(motion: Motion, ground: float, *, has_wings: bool) -> tuple[int, float
         near = motion.rows(t[row] - WATCH_S, t[row] + WATCH_S)
         if not row or (felt and not np.nanmax(force[near], initial=0.0) > least):
             continue
-        spins_on = _spin(motion, row)
-        if spins_on:
+        rate = _spins(motion, row)
+        met = row if rate is None else _spin_ends(motion, row, rate, least)
+        if met is None:
             continue
-        last = _last_undisturbed(motion, row)
-        speed = max(-climb[last], climb[min(row + 1, t.size - 1)] - climb[last])
-        is_hard = speed > HARD_SPEED and climb[last] < 0
-        is_over = spins_on is not None or (felt and np.nanmax(force[near], initial=0.0) > CRUSH)
+        if not has_wings and met and _spins(motion, met) is not None:
+            return met, _sinks(motion, met)
+        last = _last_undisturbed(motion, met)
+        speed, falls = _speed(motion, last)
+        is_over = rate is not None or (felt and np.nanmax(force[near], initial=0.0) > CRUSH)
         height = float(motion.height[last])
-        if is_hard and (is_over or _stays_down(motion, row, height, ground, highest_later)):
-            return last, float(-climb[last] if -climb[last] > HARD_SPEED else speed)
+        is_down = is_over or _stays_down(motion, row, height, ground, highest_later)
+        if speed > HARD_SPEED and falls and is_down:
+            return last, speed
     return None
 
 
-def _spin(motion: Motion, row: int) -> bool | None:
-    """Return whether a spin goes on over what is felt at a row; None where it did not spin.
+def _speed(motion: Motion, last: int) -> tuple[float, bool]:
+    """Return the descent just before a blow, m/s, and whether it descended there."""
+    climb = motion.climb
+    pressed = _by_pressure(motion, last, WASH_M / FALL_S + climb[last] ** 2 / (2 * G0))
+    if pressed is not None:
+        return pressed, True
+    if -climb[last] > HARD_SPEED:
+        return float(-climb[last]), True
+    # an estimate that is a little late falls into the blow
+    jump = climb[min(last + 1, climb.size - 1)] - climb[last]
+    return float(max(jump, -climb[last])), bool(climb[last] < 0)
 
-    An accelerometer 3 cm off the axis feels 5 g at 40 rad/s, and more as it wobbles. Nothing but
-    the ground takes half of a spin within the time of a blow.
+
+def _spins(motion: Motion, row: int) -> float | None:
+    """Return how fast a vehicle spins before a row, rad/s; None where it does not."""
+    before = motion.turns[motion.rows(motion.t[row] - WATCH_S, motion.t[row]).start : row]
+    rate = float(np.nanmedian(before)) if known(before) else 0.0
+    return rate if rate >= SPINS else None
+
+
+def _spin_ends(motion: Motion, row: int, rate: float, least: float) -> int | None:
+    """Return the last row before the ground takes a spin, at a row or soon after; None: it goes on.
+
+    An accelerometer 3 cm off the axis feels 5 g at 40 rad/s, and more as it wobbles, and the
+    estimate of who spins is upset. But nothing other than the ground takes half of a spin at a blow
+    and keeps what is left from turning.
     """
     t, turns = motion.t, motion.turns
-    before = turns[motion.rows(t[row] - WATCH_S, t[row]).start : row]
-    if not known(before) or np.nanmedian(before) < SPINS:
+    taken = np.flatnonzero(turns[row : motion.rows(t[row], t[row] + WATCH_S).stop] < rate / 2)
+    if not taken.size:
         return None
-    after = turns[row : motion.rows(t[row], t[row] + WATCH_S).stop]
-    return bool(np.nanmin(after, initial=np.inf) > np.nanmedian(before) / 2)
+    last = max(row + int(taken[0]) - 1, 0)
+    felt = motion.force[last : last + 3]
+    if known(motion.force) and not np.nanmax(felt, initial=0.0) > least:
+        return None
+    later = motion.rows(t[last] + SETTLE_S[0], t[last] + SETTLE_S[1])
+    pressed = motion.pressed[later]
+    if known(turns[later]) and np.nanmedian(turns[later]) > rate / 2:
+        return None
+    if known(pressed) and np.nanmedian(pressed) > motion.pressed[last] + REBOUND_M:
+        return None
+    return _first_blow(motion, last, least)
+
+
+def _first_blow(motion: Motion, last: int, least: float) -> int:
+    """Return the last row before the first of the blows that end a spin.
+
+    They stand out by ``least``, m/s^2, from what the spin itself lets an accelerometer feel.
+    """
+    t, force = motion.t, motion.force
+    spun = motion.rows(t[last] - WATCH_S - FALL_S, t[last] - WATCH_S)
+    own = float(np.nanmedian(force[spun])) if known(force[spun]) else 0.0
+    near = slice(max(spun.stop - 1, 0), last + 1)
+    with np.errstate(invalid="ignore"):
+        felt = np.flatnonzero(force[near] > own + least)
+    return max(near.start + int(felt[0]) - 1, 0) if felt.size else last
+
+
+def _sinks(motion: Motion, row: int) -> float | None:
+    """Return how fast who spins sinks before a row, m/s, None where that is next to nothing.
+
+    Gravity bounds what an upset estimate says.
+    """
+    sink = _by_pressure(motion, row, HARD_SPEED)
+    if sink is None:
+        felt = -motion.climb[motion.rows(motion.t[row] - FALL_S, motion.t[row])]
+        sink = min(float(felt[-1]), float(np.nanmean(felt)) + G0 * FALL_S / 2)
+    return sink if sink > TOLD_SPEED else None
+
+
+def _by_pressure(motion: Motion, row: int, error: float) -> float | None:
+    """Return the mean descent in the second before a row by the air pressure, m/s.
+
+    None where the estimate is within ``error``, m/s, of it, or it is not known. The air that a fall
+    stirs may add its dynamic pressure, which is worth a height of v^2/2g.
+    """
+    near = motion.rows(motion.t[row] - FALL_S, motion.t[row])
+    told = np.isfinite(motion.pressed[near]) & np.isfinite(motion.climb[near])
+    if np.count_nonzero(told) < 3:
+        return None
+    t, pressed, climb = (each[near][told] for each in (motion.t, motion.pressed, motion.climb))
+    slope = float(np.polyfit(t - t[0], pressed, 1)[0])
+    return max(-slope, 0.0) if abs(slope - climb.mean()) > error else None
 
 
 def _last_undisturbed(motion: Motion, row: int) -> int:

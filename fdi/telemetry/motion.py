@@ -36,6 +36,10 @@ _CLIMBS: Final = (
     ("GLOBAL_POSITION_INT", "vz", -1.0),
     ("LOCAL_POSITION_NED", "vz", -1.0),
 )
+SCATTERS_M: Final = 0.5
+"""From record to record, of a barometer that may be asked: data sheets have 0.1 to 0.3 m, and a
+vehicle that shakes adds as much."""
+_SIGMAS: Final = 1.4826  # a deviation over the median of sizes, of Gaussian noise
 _SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
 _AIRSPEEDS: Final = (("VFR_HUD", "airspeed", 1.0),)
 _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
@@ -96,7 +100,7 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
     throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
     turns, upright = turning(messages, t), _upright(messages, t)
-    pressed = by_pressure(at_height(_PRESSURES))
+    pressed = _steady(by_pressure(at_height(_PRESSURES)))
     return Motion(
         t, height, climb, ground_speed, airspeed, turns, upright, throttle, state, force, pressed,
         is_dense,
@@ -110,6 +114,15 @@ def by_pressure(pressure: Floats) -> Floats:
     if not first.size:
         return pressure
     return np.asarray(44330.8 * (1 - (pressure / first[0]) ** 0.190263))
+
+
+def _steady(height: Floats) -> Floats:
+    """Return heights by air pressure, of a barometer that scatters too much to be asked none."""
+    bent = np.abs(np.diff(height[np.isfinite(height)], 2))
+    # of white noise the second difference has six times its variance, and motion next to nothing
+    if bent.size and np.median(bent) * _SIGMAS / np.sqrt(6.0) > SCATTERS_M:
+        return np.full(height.size, np.nan)
+    return height
 
 
 def _upright(messages: Mapping[str, Message], t: Floats) -> Floats:

@@ -77,15 +77,16 @@ ON_EDGE: Final = 0.3
 `CARVES` up to 100 m/s (g tan / v); who neither turns nor rises or sinks stands on edge or nose."""
 CARVES: Final = 0.3
 """rad/s."""
+SPINS: Final = 10.0
+"""rad/s over a second, once and a half round: nobody who carries it turns it so fast, and what
+rolls over the ground does not stay upright."""
+UPRIGHT: Final = 0.5
+"""Cosine of the tilt, over a second: of who tumbles it is about nothing."""
 STEADY: Final = 1.0
 """m/s, a climb rate that an estimate shows of one that stands."""
 ASTRAY_M: Final = 10.0
 """Between an estimated height and that by air pressure: 3 m of wash, and a receiver's height, which
 an estimator may use, wanders by as much as 10 m (twice its sigma)."""
-SCATTERS_M: Final = 0.5
-"""From record to record, of a barometer that may be asked: data sheets have 0.1 to 0.3 m, and a
-vehicle that shakes adds as much."""
-_SIGMAS: Final = 1.4826  # a deviation over the median of sizes, of Gaussian noise
 ASTRAY_SHARE: Final = 0.1
 """Of the height: air 30 degrees from the standard's is as much thinner or denser."""
 ASTRAY_S: Final = 10.0
@@ -151,9 +152,7 @@ def _astray(motion: Motion) -> Mask:
     """
     apart = motion.height - motion.pressed
     known_ones = np.flatnonzero(np.isfinite(apart))
-    bent = np.abs(np.diff(motion.pressed[known_ones], 2))
-    # of white noise the second difference has six times its variance, and motion next to nothing
-    if not bent.size or np.median(bent) * _SIGMAS / np.sqrt(6.0) > SCATTERS_M:
+    if not known_ones.size:
         return np.zeros(motion.t.size, np.bool_)
     off = np.abs(apart - apart[known_ones[0]]) > ASTRAY_M + ASTRAY_SHARE * np.abs(motion.pressed)
     low, high = (np.searchsorted(motion.t, motion.t + s) for s in (-ASTRAY_S, ASTRAY_S))
@@ -179,6 +178,8 @@ def _others(motion: Motion, armed: Mask, *, wings: Wings) -> Floats:
     if wings == "none":
         lies = (motion.upright < 0) & (turns < TURNING[1][0][0])
         found -= 2 * MOST * (lies | (motion.throttle <= IDLE))
+        stays = _over_a_second(motion.t, motion.upright) > UPRIGHT
+        found += MOST * ((turns > SPINS) & stays)
     found += np.select(
         [motion.landed_state == _ON_GROUND, motion.landed_state == _IN_AIR], [-WORD, WORD], 0.0
     )

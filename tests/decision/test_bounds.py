@@ -269,6 +269,17 @@ def test_a_limit_is_a_condition_where_it_is_exceeded_for_four_fifths_of_the_begi
     assert told(values, kind=Kind.LIMIT).unfit[0] == unfit
 
 
+@pytest.mark.parametrize(("command", "unfit"), [(False, True), (True, False)])
+def test_an_order_that_comes_in_flight_is_no_condition_however_early(command, unfit):
+    """Given 4.5 s after take-off, half a second before the reference begins."""
+    values = np.where(T > 4.5, 3.0, 0.0)
+    assert told(values, kind=Kind.LIMIT, command=command).unfit[0] == unfit
+
+
+def test_an_order_that_stands_as_the_flight_begins_is_a_condition():
+    assert told(np.full(N, 3.0), kind=Kind.LIMIT, command=True).unfit[0]
+
+
 @pytest.mark.parametrize(("known", "unfit"), [(0.46, False), (0.54, True)])
 def test_half_of_the_beginning_must_be_known_to_tell_a_condition(known, unfit):
     values = np.where(5.0 + 20.0 * known > T, 3.0, np.nan)

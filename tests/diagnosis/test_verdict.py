@@ -145,6 +145,14 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
             FlightEnd(0, "impact", 90.0, None, 88.5, "stop"),
             "Hit the ground (log 90.0 s), 1.5 s after all motors were told to stop",
         ),
+        (
+            FlightEnd(0, "impact", 90.0, None, 78.5, "spin"),
+            "Hit the ground (log 90.0 s), 11.5 s after it began to spin",
+        ),
+        (
+            FlightEnd(0, "control_lost", 90.0, None, 80.0, "spin"),
+            "It began to spin (log 80.0 s) and the log shows no recovery",
+        ),
         (FlightEnd(0, "impact", 90.0, None, 89.95), "Hit the ground (log 90.0 s)"),
         (
             FlightEnd(0, "impact", 90.0, 2.94, 88.5, "lean", is_seen=False),

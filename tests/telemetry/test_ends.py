@@ -26,6 +26,9 @@ class Made(dict):
 
     raw = si
 
+    def __len__(self):
+        return self.t.size
+
     def has_known(self, name):
         return bool(np.isfinite(self[name]).any())
 
@@ -36,8 +39,10 @@ class Made(dict):
 
 def ends(flight=UP, vehicle="quad", mode="LOITER", events=(), **columns):
     """How a flight of 60 s ends with some of its columns given."""
-    level = np.zeros_like(T)
+    level = np.zeros(Made.t.size)
     attitude = Made(roll=columns.get("roll", level), pitch=columns.get("pitch", level))
+    if "yaw_rate" in columns:
+        attitude |= {"rollspeed": level, "pitchspeed": level, "yawspeed": columns["yaw_rate"]}
     messages = {"ATTITUDE": attitude}
     if "nav_roll" in columns:
         messages["NAV_CONTROLLER_OUTPUT"] = Made(
@@ -99,6 +104,33 @@ def test_control_is_lost_since_it_leans_where_nobody_wants_it():
     end = ends(roll=after(57.0, 1.5))
     assert end.how == "control_lost"
     assert end.lost_control == pytest.approx(57.0, abs=0.11)
+
+
+@pytest.mark.parametrize(
+    ("mode", "rate", "lost"),
+    [("LOITER", 25.0, 40.0), ("LOITER", 8.0, None), ("ACRO", 25.0, None), ("LOITER", -25.0, 40.0)],
+)
+def test_who_spins_to_the_end_has_lost_control_as_it_began(mode, rate, lost):
+    """Nobody asks for 10 rad/s of yaw; whoever flies acrobatics may."""
+    spun = ends(mode=mode, yaw_rate=rate * np.clip((T - 40.0) / 0.3, 0.0, 1.0))
+    assert spun.lost_control == (lost if lost is None else pytest.approx(lost, abs=0.2))
+    assert spun.lost_by == (None if lost is None else "spin")
+    assert spun.loss == ("control was lost" if lost is None else "it began to spin")
+
+
+def test_who_spun_and_stopped_has_control():
+    assert ends(yaw_rate=np.where((T > 30) & (T < 40), 25.0, 0.1)).lost_control is None
+
+
+@pytest.mark.parametrize(("pause", "since"), [(1.5, 40.0), (5.0, 50.0)])
+def test_a_recorder_that_pauses_shows_no_recovery_unless_for_long(pause, since, monkeypatch):
+    kept = T[(T < 45.0) | (45.0 + pause <= T)]
+    monkeypatch.setattr(Made, "t", kept)
+    rate = np.where(kept >= 40.0, 25.0, 0.1)
+    level = np.zeros(kept.size)
+    assert ends(roll=level, pitch=level, yaw_rate=rate).lost_control == pytest.approx(
+        since, abs=0.2
+    )
 
 
 def test_who_recovers_has_control():

@@ -8,7 +8,7 @@ import pytest
 from fdi.telemetry.course import Course
 from fdi.telemetry.events import flight_state
 from fdi.telemetry.flights import find_flights
-from fdi.telemetry.motion import Motion
+from fdi.telemetry.motion import Motion, motion_of
 from fdi.telemetry.phases import find_phases
 from fdi.telemetry.stretches import find_stretches
 
@@ -136,6 +136,24 @@ def test_one_that_spins_with_a_rotor_less_flies_though_its_height_says_little():
     ((up, down),) = airborne(made)
     assert up == pytest.approx(UP, abs=2.5)
     assert down == pytest.approx(DOWN, abs=2.5)
+
+
+def test_who_spins_as_nobody_can_hold_it_flies_though_height_and_autopilot_say_no():
+    spins = np.where((T > 20) & FLIES, 25.0, 0.005)
+    made = {"height": 0 * T, "climb": 0 * T, "throttle": np.full(T.size, np.nan)}
+    says = {"landed_state": np.ones(T.size), "speed": np.full(T.size, np.nan)}
+    assert airborne(motion(**made, **says, turns=spins / 5)) == []
+    ((up, down),) = airborne(motion(**made, **says, turns=spins))
+    assert (up, down) == pytest.approx((20.0, DOWN), abs=1.5)
+
+
+def test_an_estimate_of_height_that_rests_holds_nobody_on_the_ground_who_spins():
+    """It stands at nothing until 15 s, and then climbs."""
+    high = np.interp(T, [15.0, 16.0, DOWN - 1, DOWN], [0.0, 5.0, 5.0, 0.0])
+    spins = np.where((T > UP + 1.0) & FLIES, 25.0, motion().turns)
+    made = motion(height=high, climb=np.gradient(high, T), turns=spins)
+    ((up, _),) = airborne(made)
+    assert up == pytest.approx(UP, abs=1.5)
 
 
 def test_the_autopilots_word_decides_where_nothing_else_does():
@@ -284,9 +302,26 @@ def test_on_a_bench_an_estimate_that_swings_by_metres_is_not_believed_against_th
     assert airborne(motion(**bench, pressed=still)) == []
 
 
-def test_a_barometer_that_scatters_is_not_asked():
-    wild = motion().height + np.random.default_rng(3).normal(0, 20.0, T.size)
-    assert airborne(motion(pressed=wild)) == airborne(motion())
+class Column(dict):
+    """A message of columns in SI."""
+
+    t = T
+
+    def si(self, name):
+        return self[name]
+
+
+@pytest.mark.parametrize(("scatter", "asked"), [(0.2, True), (20.0, False)])
+def test_a_barometer_that_scatters_is_not_asked(scatter, asked):
+    height = motion().height + np.random.default_rng(3).normal(0, scatter, T.size)
+    messages = {
+        "LOCAL_POSITION_NED": Column(z=-motion().height),
+        "SCALED_PRESSURE": Column(press_abs=101325.0 * np.exp(-height / 8434.0)),
+    }
+    made = motion_of(messages)
+    assert np.isfinite(made.pressed).all() == asked
+    if asked:
+        assert np.ptp(made.pressed) == pytest.approx(5.0, abs=2.0)
 
 
 def test_a_flight_is_one_by_its_barometer_where_the_estimate_has_gone_astray():

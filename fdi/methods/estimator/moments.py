@@ -41,7 +41,7 @@ def upset_of(log: Log, number: int, flight: Flight) -> Moment | None:
     found = [
         Moment(t, what)
         for t, what in (
-            (end.lost_control, "control was lost"),
+            (end.lost_control, end.loss),
             (end.overturned, "it lay on its back"),
             (flight.impact, "it hit the ground"),
         )

@@ -27,7 +27,7 @@ SHORT_S: Final = 5.0
 """In the air for less than that is a take-off that failed: what precedes it counts as well."""
 
 
-_SPINS: Final = 3.5
+SPINS: Final = 3.5
 """rad/s, about any axis. A sensor 0.3 m off the axis reads g sin(22.5 deg) more from then on, and
 records 0.1 s apart in time differ by 22.5 degrees: nothing of a set-up shows in a spin."""
 
@@ -120,12 +120,15 @@ def _failed_start(log: Log, start: float, end: float) -> Stretch:
     return Stretch(start, end, is_start=True)
 
 
-def spins(log: Log, t: Floats) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return when the vehicle spins, (n,) bool: after a failure, not as it is flown."""
+def spins(log: Log, t: Floats, most: float = SPINS) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Return when the vehicle turns faster than ``most``, rad/s, (n,) bool.
+
+    By default as it does after a failure, and not as it is flown.
+    """
     known = body_rates(log)
     if known is None:
         return np.zeros(t.size, np.bool_)
-    return np.asarray(np.interp(t, known.t, np.linalg.norm(known.values, axis=0)) > _SPINS)
+    return np.asarray(np.interp(t, known.t, np.linalg.norm(known.values, axis=0)) > most)
 
 
 def within(t: Floats, parts: tuple[Stretch, ...]) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -31,6 +31,9 @@ from fdi.telemetry.message import Floats
 
 FITS: Final = np.radians(22.5)
 """Half of the 45 degrees that orientations are apart: a compass off by less is not turned."""
+_LATE: Final = FITS / 2 / 0.1
+"""rad/s: turning faster, a reading that is a tenth of a second late (EK3_MAG_DELAY has 60 ms, and
+records come in between) is off by half of that."""
 _WINDOW_S: Final = 120.0
 """Over which a gyroscope's bias is constant; twice as much or half changes nothing that is told."""
 _WINDOWS: Final = 50
@@ -100,7 +103,7 @@ def _windows(log: Log, readings: Series) -> Iterator[tuple[Floats, Floats, Float
     step = np.diff(rates.t, prepend=rates.t[0])
     yaw = np.cumsum(np.where(step < _GAP_S, rate * step, 0.0))
     start, end = max(known.t[0], rates.t[0]), min(known.t[-1], rates.t[-1])
-    flies = ~spins(log, readings.t) & (readings.t >= start) & (readings.t <= end)
+    flies = ~spins(log, readings.t, _LATE) & (readings.t >= start) & (readings.t <= end)
     parts = [
         np.flatnonzero(flies & (readings.t >= part.start) & (readings.t <= part.end))
         for part in stretches(log)

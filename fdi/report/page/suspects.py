@@ -86,7 +86,7 @@ def ending_words(ending: Ending | None) -> str:
         said = _HOW[end.how]
     if end.lost_control is not None:
         before = end.at - end.lost_control
-        what = "All motors were told to stop" if end.lost_by == "stop" else "Control was lost"
+        what = end.loss[0].upper() + end.loss[1:]
         said += f" {what} {before:.1f} s before (log {at(end.lost_control)} s)."
     return said
 

@@ -28,7 +28,8 @@ class Ride:
     gyroscope: np.ndarray = field(default_factory=lambda: EYE)
     heading_off: float = 0.0  # rad, what the log's heading is too much
     course_off: float = 0.0  # rad, what the receiver's course is too much; its places are right
-    upset: float = np.inf  # s, from when on the vehicle spins at 20 rad/s, 0.2 m beside its sensors
+    upset: float = np.inf  # s, from when on the vehicle spins, 0.2 m beside its sensors
+    spin: float = 20.0  # rad/s
     lies: bool = False  # on its side all along, as its attitude says
     turns: bool = True
     rate: float = 10.0
@@ -63,8 +64,8 @@ def write(path: Path, ride: Ride) -> Path:
     speed = np.cumsum(pull, axis=0) / ride.rate
     place = np.radians(PLACE) + np.cumsum(speed, axis=0) / ride.rate / 6.37e6 / [1, np.cos(0.82)]
     held = turn.inv().apply(np.c_[pull, np.full(t.size, -G)])
-    held[t > ride.upset, 0] += 20.0**2 * 0.2
-    rates[t > ride.upset, 2] = 20.0
+    held[t > ride.upset, 0] += ride.spin**2 * 0.2
+    rates[t > ride.upset, 2] = ride.spin
     amperes = 10.0 + 8.0 * np.sin(0.37 * t) * flies
     field_ = turn.inv().apply(np.tile(earth(), (t.size, 1))) + ride.per_ampere * amperes[:, None]
     seen = {

@@ -74,6 +74,17 @@ def test_leaning_alone_tells_it_unless_noise_is_larger(tmp_path):
     assert turned(altered(log, "RAW_IMU", xmag=stir, ymag=stir, zmag=stir)) is None
 
 
+@pytest.mark.parametrize("spin", [2.5, 20.0])
+def test_what_turns_faster_than_records_follow_is_not_asked(tmp_path, spin):
+    """Gyroscopes that tell of a spin which the compass does not show: a tenth of a second counts.
+
+    Its readings to 40 s are those of the vehicle without a spin.
+    """
+    known = turned(flown(tmp_path, 90.0, upset=40.0, spin=spin))
+    assert known is not None
+    assert np.degrees(known.value) == pytest.approx(90, abs=2)
+
+
 def test_what_turns_in_flight_is_no_mount(tmp_path):
     """Right for half of the flight, by 90 degrees off for the other."""
     log = flown(tmp_path, 0.0)
