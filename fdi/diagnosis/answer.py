@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from fdi import structure
 from fdi.decision import Alarms
 from fdi.diagnosis.agreement import agreements
@@ -136,7 +138,7 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         component=cause.component,
         faults=_faults_of(cause, inquiry, alarms),
         kind=kind_of(cause, size, alarms),
-        onset=cause.onset,
+        onset=_since(cause, inquiry, alarms),
         alarm=cause.alarm,
         end=None if cause.end >= inquiry.end else cause.end,
         confidence=cause.probability,
@@ -148,6 +150,21 @@ def _finding(rank: int, cause: Cause, inquiry: Inquiry, alarms: Alarms) -> Findi
         size=size,
         earlier=cause.earlier,
     )
+
+
+def _since(cause: Cause, inquiry: Inquiry, alarms: Alarms) -> float:
+    """Return since when, s: as the test that was first tells it, where it speaks of this very part.
+
+    A test that only suspects a part dates what it is made for, and not what that part did.
+    """
+    first, residuals = cause.runs[0], alarms.residuals
+    ago = residuals.ago.get(first.row)
+    statement = residuals.bank.system.equations[residuals.bank.generators[first.row].residual]
+    if ago is None or statement.component != cause.component:
+        return cause.onset
+    sample = min(int(np.searchsorted(residuals.t, first.known)), len(residuals.t) - 1)
+    began = float(residuals.t[sample] - ago[sample])
+    return min(cause.onset, max(began, inquiry.start)) if np.isfinite(began) else cause.onset
 
 
 def _faults_of(cause: Cause, inquiry: Inquiry, alarms: Alarms) -> tuple[str, ...]:

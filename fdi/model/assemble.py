@@ -20,6 +20,7 @@ from fdi.model.expression import (
     OVER_A_WHILE,
     OVER_RECORDS,
     OVER_TIME,
+    REGRESSED,
     SAMPLED,
     Apply,
     Expression,
@@ -57,6 +58,11 @@ SILENT: Final = ":silent"
 """Behind a field: not its value, but how long it has not changed, s; its mean over the last
 seconds; what ``value`` makes of a while of records, with a label (``:over_60``) where a field has
 several; how long its message has been silent, s."""
+_WINDOWED: Final = {
+    "der": "y = der(x)",
+    "slope": "y = slope(v, u)",
+    "jump": "y = jump(v, u, w, x)",
+}
 _OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
 _QUANTITY: Final = re.compile(r"[-+.\d]+(e[-+]?\d+)?( +[A-Za-z].*)?")
 _SUFFIX: Final = re.compile(rf"({STILL}|{RECENT}|{OVER}(_\w+)?|{SILENT})$")
@@ -367,7 +373,7 @@ def _condition(text: str | None, draft: _Draft) -> Expression | None:
 
 
 def _check_windowed(left: Expression, right: Expression, definition: Definition) -> None:
-    for operator, form in (("der", "y = der(x)"), ("slope", "y = slope(v, u)")):
+    for operator, form in _WINDOWED.items():
         uses = [n for side in (left, right) for n in walk(side) if _applies(n, operator)]
         if not uses:
             continue
@@ -375,10 +381,11 @@ def _check_windowed(left: Expression, right: Expression, definition: Definition)
         if not (alone and all(isinstance(a, Symbol) for a in uses[0].arguments)):
             call = form.partition(" = ")[2]
             raise ModelError(f"{call} stands alone on the right of '{form}', of variables")
-        if operator == "slope" and len(uses[0].arguments) % 2:
-            raise ModelError("slope(v, u) takes pairs: what follows, and what it follows")
-        if operator == "slope" and not (definition.entry.window and definition.entry.tolerance):
-            raise ModelError("slope(v, u) needs a window, and the tolerance to which it is known")
+        if operator in REGRESSED and len(uses[0].arguments) % 2:
+            raise ModelError(f"{operator}(v, u) takes pairs: what follows, and what it follows")
+        if operator in REGRESSED and not (definition.entry.window and definition.entry.tolerance):
+            text = f"{operator}(v, u) needs a window, and the tolerance to which it is known"
+            raise ModelError(text)
 
 
 def _applies(node: Expression, operator: str) -> TypeGuard[Apply]:

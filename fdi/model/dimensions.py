@@ -20,6 +20,7 @@ from typing import Any, Final
 from fdi.errors import ModelError
 from fdi.model.expression import (
     OVER_RECORDS,
+    REGRESSED,
     Apply,
     Expression,
     Number,
@@ -212,7 +213,7 @@ def _combine(
         return _power(first, 0.5)
     if operator == "der":
         return _product(first or NUMBER, Dimension(1.0, (("second", 1.0),), "s"), -1)
-    if operator == "slope":
+    if operator in REGRESSED:
         followers, leaders = (_common(arguments[i::2], inner[i::2]) for i in (0, 1))
         return _product(followers or NUMBER, leaders or NUMBER, -1)
     if operator == "atan2":

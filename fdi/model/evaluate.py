@@ -190,7 +190,7 @@ def _evaluate(expression: Expression, columns: Mapping[str, Column], real_part: 
         case Apply("-", (left, right)):
             difference = _evaluate(left, columns, real_part) - _evaluate(right, columns, real_part)
             return difference
-        case Apply("der" | "slope" as windowed, _):
+        case Apply("der" | "slope" | "jump" as windowed, _):
             raise KeyError(windowed)
         case Apply("still" | "recent" as name, (argument,)):
             t = columns[TIME]

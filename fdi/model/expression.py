@@ -64,6 +64,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "max": (2, 12),
     "der": (1, 1),
     "slope": (2, 6),
+    "jump": (4, 6),
     "still": (1, 1),
     "recent": (1, 1),
     "change": (2, 2),
@@ -85,7 +86,9 @@ SAMPLED: Final = "sampled"
 """The one that tells an accuracy: for what is reported."""
 OVER_A_WHILE: Final = frozenset({"change", "integral", "span", NOISE, KEPT, SAMPLED})
 """Those of them that take a number of seconds: for ``FIELD:over`` only."""
-OVER_TIME: Final = OVER_RECORDS | {"der", "slope"}
+REGRESSED: Final = frozenset({"slope", "jump"})
+"""Those of pairs of columns over a window."""
+OVER_TIME: Final = OVER_RECORDS | REGRESSED | {"der"}
 """Functions whose value at a moment depends on other moments."""
 
 LOGICAL: Final = frozenset({"and", "or", "not"})
@@ -383,9 +386,9 @@ def differential(left: Expression, right: Expression) -> tuple[str, str] | None:
 
 
 def regressed(left: Expression, right: Expression) -> tuple[str, tuple[str, ...]] | None:
-    """Return (slope, its arguments) for the two sides of ``y = slope(v, u, ...)``, else None."""
+    """Return (y, the arguments) for ``y = slope(v, u, ...)`` or ``y = jump(...)``, else None."""
     match left, right:
-        case Symbol(y), Apply("slope", arguments):
+        case Symbol(y), Apply(operator, arguments) if operator in REGRESSED:
             names = tuple(argument.name for argument in arguments if isinstance(argument, Symbol))
             return y, names
     return None

@@ -83,7 +83,7 @@ class SystemEquation:
 
     @property
     def regressed(self) -> tuple[str, tuple[str, ...]] | None:
-        """Return (slope, its arguments) of ``y = slope(v, u, ...)``, else None."""
+        """Return (y, the arguments) of ``y = slope(v, u, ...)`` or ``jump``, else None."""
         return regressed(self.left, self.right)
 
 

@@ -13,6 +13,7 @@ over, such that everything can be computed in order from what was measured. ``Sy
 - ``differentiate.py``: derivatives and their noise gain
 - ``reads.py``: what a computation is made of: nodes, channels, faults
 - ``regress.py``: by what factor one quantity follows another
+- ``jump.py``: by how much that factor has changed, and when
 - ``latency.py``: how late sensors come, by the log
 - ``accuracy.py``: how accurate sensors say that they are, and how far they are believed
 - ``identify.py``: unknown parameters, by the flight's beginning; ``between.py``: how they differ

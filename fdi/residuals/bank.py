@@ -8,7 +8,8 @@ flight a bank gives ``Residuals``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -173,6 +174,7 @@ class Bank:
             differentiation,
             found.ambiguous,
             found.swung,
+            found.ago,
         )
 
     def describe(self, generator: Generator) -> str:
@@ -222,6 +224,8 @@ class Residuals(Shown):
     swung : (r, n) float or None
         The part of ``spread`` that is of such a constant: it is one for the whole flight, and what
         a flight is calmer than stated does not tell of it.
+    ago : mapping of int to (n,) float, s
+        For the rows that tell it: how long ago began what they show, at every sample.
     """
 
     bank: Bank
@@ -237,6 +241,7 @@ class Residuals(Shown):
     recipe: Differentiation
     ambiguous: NDArray[np.bool_] | None = None
     swung: Floats | None = None
+    ago: Mapping[int, Floats] = field(default_factory=dict)
 
     @property
     def lasting(self) -> Floats:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from fdi import store
 from fdi.errors import EntryError
 from fdi.model.codec import decode, encode
-from fdi.model.expression import Apply, Expression, symbols, walk
+from fdi.model.expression import REGRESSED, Apply, Expression, symbols, walk
 from fdi.model.given import Given
 from fdi.model.parts import STATES, Measurement
 from fdi.model.system import System
@@ -181,5 +181,5 @@ def _check_node(bank: Bank, number: int, node: Node) -> None:
 
 def _check_names(expression: Expression, known: set[str]) -> None:
     _require(set(symbols(expression)) <= known)
-    windowed = ("der", "slope")
+    windowed = {"der", *REGRESSED}
     _require(not any(isinstance(n, Apply) and n.operator in windowed for n in walk(expression)))

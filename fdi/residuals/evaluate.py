@@ -31,11 +31,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.model.evaluate import Column, Floats, evaluate, holds, wrap
-from fdi.model.expression import Expression, Symbol, symbols
+from fdi.model.expression import Apply, Expression, Symbol, symbols
 from fdi.model.parts import Measurement
 from fdi.model.system import System, SystemEquation
 from fdi.residuals.accuracy import beginning_of, believed
 from fdi.residuals.differentiate import Differentiation, differentiate
+from fdi.residuals.jump import jump
 from fdi.residuals.newton import choose, solve_loop, solve_moved
 from fdi.residuals.node import Node
 from fdi.residuals.observer import observe
@@ -58,7 +59,8 @@ class Evaluated(NamedTuple):
     """Columns of residuals, (r, n), their delays, (r,) s, and responses to faults, (r, f).
 
     ``unsure``: one standard deviation of what unsure parameters make of them. ``ambiguous``: where
-    they are unknown because more than one root of an equation or loop may be meant.
+    they are unknown because more than one root of an equation or loop may be meant. ``ago``: how
+    long ago, (n,) s, began what a row shows, for those that tell it.
     """
 
     values: Floats
@@ -70,6 +72,7 @@ class Evaluated(NamedTuple):
     delay_s: Floats
     response: Floats
     ambiguous: NDArray[np.bool_]
+    ago: Mapping[int, Floats]
 
 
 def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
@@ -89,6 +92,7 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
     values, spread, allowance, unsure = (np.full((count, size), np.nan) for _ in range(4))
     swing, swung = np.zeros((count, size)), np.zeros((count, size))
     ahead = np.zeros(count)
+    ago: dict[int, Floats] = {}
     ambiguous = np.zeros((count, size), dtype=bool)
     response = np.full((count, len(context.system.faults)), np.nan)
     last_use = _last_uses(nodes)
@@ -108,17 +112,17 @@ def evaluate_nodes(wanted: Sequence[int], context: Context) -> Evaluated:
             response[row] = _response(value, context.system)
             if value.ambiguous is not None:
                 ambiguous[row] = value.ambiguous
+            if value.ago is not None:
+                ago[row] = value.ago
         for used in set(node.uses):
             if last_use[used] == number:
                 del done[used]
         if last_use.get(number, number) == number:
             done.pop(number, None)
-    found = Evaluated(
-        values, spread, allowance, swing, swung, unsure, ahead, response, ambiguous
-    )  # fmt: skip
-    for array in found:
+    arrays = (values, spread, allowance, swing, swung, unsure, ahead, response, ambiguous)
+    for array in (*arrays, *ago.values()):
         array.flags.writeable = False
-    return found
+    return Evaluated(*arrays, ago)
 
 
 def context_of(
@@ -197,7 +201,9 @@ def compute_node(node: Node, done: Mapping[int, Value], context: Context) -> Val
         case _:
             value = _function(node, done, context)
     unclear = [done[i].ambiguous for _, i in node.arguments]
+    told = next((done[i].ago for _, i in node.arguments if done[i].ago is not None), None)
     for part in (value, *value.parts):
+        part.ago = told if part.ago is None else part.ago
         part.spacing = spacing
         part.ambiguous = _either(part.ambiguous, *unclear)
         if valid is not None:
@@ -490,13 +496,24 @@ def _curvature(slope: Floats) -> Floats:
 
 
 def _slope(node: Node, done: Mapping[int, Value], context: Context) -> Value:
-    """Return a slope where it is known to the tolerance of its equation.
+    """Return a slope, or its jump, where it is known to the tolerance of its equation.
 
-    It carries no noise further: what is stated of a slope allows for that tolerance.
+    A slope carries no noise further: what is stated of one allows for that tolerance.
     """
     given = [done[number] for _, number in node.arguments]
     size = len(context.signals.t)
     equation = context.system.equations[node.equation]
+    ahead = max(value.ahead for value in given)
+    if isinstance(equation.right, Apply) and equation.right.operator == "jump":
+        found = jump(
+            [value.column for value in given[0::2]],
+            [value.column for value in given[1::2]],
+            context.step,
+            equation.window,
+            equation.tolerance,
+        )
+        effects: Effects = {("noise", node.equation, 0): np.nan_to_num(found.error)}
+        return Value(found.size, effects, ahead, ago=found.ago)
     column, error = slope(
         [value.column for value in given[0::2]],
         [value.column for value in given[1::2]],
@@ -505,7 +522,6 @@ def _slope(node: Node, done: Mapping[int, Value], context: Context) -> Value:
         equation.window,
     )
     column = np.where(error <= equation.tolerance, column, np.nan)
-    ahead = max(value.ahead for value in given)
     return Value(column, {}, ahead + round(equation.window / (2 * context.step)))
 
 

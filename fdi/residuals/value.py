@@ -31,7 +31,8 @@ class Value:
     """A node's column, its effects, and how many samples ahead it looks.
 
     ``spacing``: the time between the records of the sparsest channel beneath it, s. ``ambiguous``:
-    where a root beneath it is, None for nowhere.
+    where a root beneath it is, None for nowhere. ``ago``: how long ago, s, began what it shows,
+    None where it does not tell.
     """
 
     column: Floats
@@ -40,6 +41,7 @@ class Value:
     parts: tuple[Value, ...] = ()
     spacing: float = 0.0
     ambiguous: NDArray[np.bool_] | None = None
+    ago: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
