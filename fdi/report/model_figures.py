@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from fdi.errors import UsageError
-from fdi.model.expression import Expression, Symbol, rebuild, to_text
+from fdi.model.expression import Apply, Expression, Symbol, rebuild, to_text
 from fdi.report.figures import isolability_figure
 from fdi.report.model_document import ModelStudy
 from fdi.report.style import FAINT, INK, label, new_figure, styled
@@ -270,8 +270,8 @@ def _step(bank: Bank, node: Node) -> tuple[str, str, str]:
         return name, label(f"with {equation.text}", LONGEST), f"{equation.name}, in a loop"
     if node.kind in ("derivative", "slope"):
         inside = ", ".join(in_symbols(Symbol(argument)) for argument, _ in node.arguments)
-        sign = "d/dt" if node.kind == "derivative" else "slope of"
-        how = f"= {sign} {inside}"
+        over = equation.right.operator if isinstance(equation.right, Apply) else node.kind
+        how = f"= d/dt {inside}" if node.kind == "derivative" else f"= {over} of {inside}"
     elif node.kind == "observer":
         states = ", ".join(in_symbols(Symbol(own)) for own in node.variables[: node.states])
         name, how = "residual", f"= {in_symbols(node.expressions[-1])}, {states} integrated"

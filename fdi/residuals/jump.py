@@ -13,7 +13,8 @@ window both may have jumped: what such a jump leaves in the innovations since is
 so that the size is one least squares, with a jump of the vector free beside it: a gust is one of
 the wind, and no change of a slope. How much the vector wanders and the samples scatter is fitted to
 the data, block by block, each with a slope of its own, so that what changes between two blocks is
-not taken for noise; where what is left is more than that, the error is larger by as much.
+not taken for noise; where what is left is more than that, the error is larger by as much. Blocks to
+come count, too: a log that ends earlier may tell another error.
 
 What does not determine the slope (a straight flight: an airspeed that reads too much is a wind
 ahead) gives nothing: the change must be known to the tolerance by how the leaders moved alone.
@@ -213,8 +214,8 @@ def _noises(rows: _Rows, scale: _Scale) -> tuple[float, float] | None:
         return None
     block = np.add.outer(starts, np.arange(length))
     follows, leads = rows.follows[block], rows.leads[block]  # (b, length), (b, length, p + 1)
-    each = (one.ravel() for one in np.meshgrid(NOISES * scale.step, NOISES * scale.step))
-    wanders, scatters = each
+    both = np.meshgrid(NOISES * scale.step, NOISES * scale.step)
+    wanders, scatters = (one.ravel() for one in both)
     count, tried, pairs = len(starts), wanders.size, leads.shape[2] - 1
     state = np.zeros((count, tried, pairs + 1))
     state[..., -1] = scale.slope
