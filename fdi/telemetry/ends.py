@@ -25,7 +25,7 @@ from fdi.telemetry.inputs.values import turning
 from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.meaning.restarts import last_heard
 from fdi.telemetry.message import Message
-from fdi.telemetry.motion import by_pressure
+from fdi.telemetry.motion import heights_by_pressure
 from fdi.telemetry.ordered import Order
 from fdi.telemetry.phases import SPINS, WASH_M
 
@@ -67,6 +67,10 @@ FALLING: Final = 2.0
 SPINNING: Final = 3.5
 """rad/s: a vehicle on its legs is not turned so fast about roll and pitch, and no autopilot asks
 for more about yaw in a mode that levels (MC_YAWRATE_MAX 200 degrees a second, ATC_RATE_Y_MAX)."""
+BEGINS: Final = 1.0
+"""rad/s: what pilots ask for and gusts do; a spin begins where its turning leaves that."""
+RISES_S: Final = 2.0
+"""Before it is fast, in which a spin begins; who turned so for longer turned for another reason."""
 FEW: Final = 3
 """Records of an attitude, fewer of which are one that flickers."""
 TIPPING_S: Final = 5.0
@@ -252,12 +256,9 @@ def _sinks_by_pressure(messages: Mapping[str, Message], landing: float) -> float
 
     It may be wrong by what the wash of rotors adds to a height in that time.
     """
-    air = messages.get("SCALED_PRESSURE")
-    if air is None or "press_abs" not in air:
-        return None
-    near = (air.t >= landing - TOUCH_S) & (air.t <= landing)
-    t, height = air.t[near], by_pressure(air.si("press_abs")[near])
-    t, height = t[np.isfinite(height)], height[np.isfinite(height)]
+    t, height = heights_by_pressure(messages)
+    near = (t >= landing - TOUCH_S) & (t <= landing) & np.isfinite(height)
+    t, height = t[near], height[near]
     if t.size < 3:
         return None
     return -float(np.polyfit(t - t[0], height, 1)[0])
@@ -317,8 +318,16 @@ def _upset(
     turns = turning(messages, t)
     spun = _to_the_end(t, (turns > SPINNING) & levels, high, OUT_S)
     if spun is not None and np.median(turns[t >= spun]) > SPINS:
-        shown.append((spun, "spin"))
+        shown.append((_began(t, turns, spun), "spin"))
     return [(since, by) for since, by in shown if since is not None], over
+
+
+def _began(t: Floats, turns: Floats, spun: float) -> float:
+    """Return since when, s, what spins fast from ``spun`` on turns faster than others do."""
+    calm = np.flatnonzero((t < spun) & ~(turns > BEGINS))
+    if not calm.size or spun - t[calm[-1] + 1] > RISES_S:
+        return spun
+    return float(t[calm[-1] + 1])
 
 
 def _demand(

@@ -44,6 +44,7 @@ _SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
 _AIRSPEEDS: Final = (("VFR_HUD", "airspeed", 1.0),)
 _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
 _PRESSURES: Final = (("SCALED_PRESSURE", "press_abs", 1.0),)
+_BAROMETRIC: Final = (("CTUN", "BarAlt", 1.0), ("CTUN", "BAlt", 1.0))  # where no pressure is
 _VACUUM: Final = 1e4  # Pa: no barometer reads so little below 16 km
 _LANDED_STATES: Final = (("EXTENDED_SYS_STATE", "landed_state", 1.0),)
 
@@ -85,10 +86,7 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     t, height = heights(messages)
 
     def at_height(sources: tuple[tuple[str, str, float], ...]) -> Floats:
-        known_t, values = _first(messages, sources)
-        if not known_t.size or not t.size:
-            return np.full(t.size, np.nan)
-        return np.interp(t, known_t, values)
+        return _at(t, *_first(messages, sources))
 
     climb = at_height(_CLIMBS)
     if t.size > 2 and not np.isfinite(climb).any():
@@ -100,11 +98,24 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
     throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
     turns, upright = turning(messages, t), _upright(messages, t)
-    pressed = _steady(by_pressure(at_height(_PRESSURES)))
+    pressed = _steady(_at(t, *heights_by_pressure(messages)))
     return Motion(
         t, height, climb, ground_speed, airspeed, turns, upright, throttle, state, force, pressed,
         is_dense,
     )  # fmt: skip
+
+
+def _at(t: Floats, known_t: Floats, values: Floats) -> Floats:
+    """Return what is known at other times at those of ``t``; of nothing NaN."""
+    if not known_t.size or not t.size:
+        return np.full(t.size, np.nan)
+    return np.interp(t, known_t, values)
+
+
+def heights_by_pressure(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+    """Return times, s, and heights by air pressure, m, or the autopilot's of it."""
+    t, pressure = _first(messages, _PRESSURES)
+    return (t, by_pressure(pressure)) if t.size else _first(messages, _BAROMETRIC)
 
 
 def by_pressure(pressure: Floats) -> Floats:

@@ -38,6 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.motion import Floats, Motion
+from fdi.windows import runs_of
 
 Mask = NDArray[np.bool_]
 Wings = Literal["none", "alone", "maybe"]
@@ -79,7 +80,7 @@ CARVES: Final = 0.3
 """rad/s."""
 SPINS: Final = 10.0
 """rad/s over a second, once and a half round: nobody who carries it turns it so fast, and what
-rolls over the ground does not stay upright."""
+rolls over the ground does not stay upright. What leads into it without a pause belongs to it."""
 UPRIGHT: Final = 0.5
 """Cosine of the tilt, over a second: of who tumbles it is about nothing."""
 STEADY: Final = 1.0
@@ -171,19 +172,29 @@ def _others(motion: Motion, armed: Mask, *, wings: Wings) -> Floats:
     """Return what all but height and climb rate say for the air, nats a second, (n,)."""
     found = _of_wings(motion) if wings == "alone" else _of_speed(motion.speed)
     turns = _over_a_second(motion.t, motion.turns)
-    found += _of_turning(turns)
+    turned = _of_turning(turns)
+    if wings == "none":
+        turned[_spins(motion, turns)] = 2 * MOST
+    found += turned
     if wings == "alone":
         steady = (turns < CARVES) & (np.abs(_over_a_second(motion.t, motion.climb)) < STEADY)
         found -= 2 * MOST * (steady & (np.abs(motion.upright) < ON_EDGE))
     if wings == "none":
         lies = (motion.upright < 0) & (turns < TURNING[1][0][0])
         found -= 2 * MOST * (lies | (motion.throttle <= IDLE))
-        stays = _over_a_second(motion.t, motion.upright) > UPRIGHT
-        found += MOST * ((turns > SPINS) & stays)
     found += np.select(
         [motion.landed_state == _ON_GROUND, motion.landed_state == _IN_AIR], [-WORD, WORD], 0.0
     )
     return found - MOST * ~armed
+
+
+def _spins(motion: Motion, turns: Floats) -> Mask:
+    """Return where it spins upright, from where it turns faster than who is carried about."""
+    stays = _over_a_second(motion.t, motion.upright) > UPRIGHT
+    found = np.zeros(turns.size, np.bool_)
+    for low, high in runs_of((turns > TURNING[0][1][0]) & stays):
+        found[low:high] = (turns[low:high] > SPINS).any()
+    return found
 
 
 def _limited(values: Floats, most: float = MOST) -> Floats:

@@ -118,6 +118,15 @@ def test_who_spins_to_the_end_has_lost_control_as_it_began(mode, rate, lost):
     assert spun.loss == ("control was lost" if lost is None else "it began to spin")
 
 
+@pytest.mark.parametrize(("before", "since"), [(0.5, 40.1), (2.0, 40.3)])
+def test_a_spin_begins_where_the_turning_does_unless_it_turned_before(before, since):
+    """By 5 rad/s^2 from 40 s on; who turned by 2 rad/s for 10 s did so for another reason."""
+    rate = np.where(T > 30.0, before, 0.0) + np.clip(5.0 * (T - 40.0), 0.0, 25.0)
+    spun = ends(yaw_rate=rate)
+    assert spun.lost_by == "spin"
+    assert spun.lost_control == pytest.approx(since, abs=0.11)
+
+
 def test_who_spun_and_stopped_has_control():
     assert ends(yaw_rate=np.where((T > 30) & (T < 40), 25.0, 0.1)).lost_control is None
 

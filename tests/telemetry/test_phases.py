@@ -147,6 +147,17 @@ def test_who_spins_as_nobody_can_hold_it_flies_though_height_and_autopilot_say_n
     assert (up, down) == pytest.approx((20.0, DOWN), abs=1.5)
 
 
+@pytest.mark.parametrize(("upright", "up_s"), [(1.0, 12.0), (0.0, 20.0)])
+def test_what_leads_into_such_a_spin_is_flown_too_and_who_rolls_over_rolls(upright, up_s):
+    """It turns by 5 rad/s from 12 s on, as one that is carried may, and by 25 from 20 s on."""
+    spins = np.select([(T > 20) & FLIES, (T > 12) & FLIES], [25.0, 5.0], 0.005)
+    made = {"height": 0 * T, "climb": 0 * T, "throttle": np.full(T.size, np.nan)}
+    says = {"landed_state": np.ones(T.size), "speed": np.full(T.size, np.nan)}
+    lies = np.where(T < 20, upright, 1.0)
+    ((up, _),) = airborne(motion(**made, **says, turns=spins, upright=lies))
+    assert up == pytest.approx(up_s, abs=1.5)
+
+
 def test_an_estimate_of_height_that_rests_holds_nobody_on_the_ground_who_spins():
     """It stands at nothing until 15 s, and then climbs."""
     high = np.interp(T, [15.0, 16.0, DOWN - 1, DOWN], [0.0, 5.0, 5.0, 0.0])
@@ -322,6 +333,14 @@ def test_a_barometer_that_scatters_is_not_asked(scatter, asked):
     assert np.isfinite(made.pressed).all() == asked
     if asked:
         assert np.ptp(made.pressed) == pytest.approx(5.0, abs=2.0)
+
+
+@pytest.mark.parametrize("name", ["BarAlt", "BAlt"])
+def test_without_a_pressure_the_autopilots_barometric_height_is_asked(name):
+    messages = {"LOCAL_POSITION_NED": Column(z=T), "CTUN": Column({name: 0.1 * T})}
+    np.testing.assert_allclose(motion_of(messages).pressed, 0.1 * T)
+    messages["SCALED_PRESSURE"] = Column(press_abs=np.full(T.size, 1e5))
+    np.testing.assert_allclose(motion_of(messages).pressed, 0.0)
 
 
 def test_a_flight_is_one_by_its_barometer_where_the_estimate_has_gone_astray():

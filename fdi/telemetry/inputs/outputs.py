@@ -74,13 +74,26 @@ def _as_sent(message: Message, field: str) -> Floats:
 
 
 def _in_motion(messages: Mapping[str, Message], t: Floats, shares: Floats, armed: Floats) -> Mask:
-    """Return when the vehicle is armed, under power and turns (or nobody knows), (n,) bool."""
+    """Return when the vehicle is armed, under power and turns (or nobody knows), (n,) bool.
+
+    Rotors that idle carry nothing: who turns the vehicle then is a person.
+    """
     on = while_armed(t, armed)
+    on &= ~_idle(shares, on)
     rate = turning(messages, t)
     on &= ~(rate < TURNS)
     with np.errstate(invalid="ignore"):
         on &= shares.mean(axis=0) > STOPPED
     return on
+
+
+def _idle(shares: Floats, on: Mask) -> Mask:
+    """Return when all outputs are the lowest of those while armed, of outputs that rise, (n,)."""
+    if not on.any():
+        return on
+    lowest, highest = shares[:, on].min(axis=1), shares[:, on].max(axis=1)
+    rises: Mask = highest - lowest > STOPPED
+    return (shares[rises] <= lowest[rises, None]).all(axis=0) & rises.any()
 
 
 def _judge(message: Message, shares: Floats, moving: Mask) -> Judged:

@@ -62,6 +62,15 @@ def test_outputs_that_stand_while_it_rests_tell_nothing():
     assert told["outputs to the motors"].believed is None
 
 
+@pytest.mark.parametrize(("idle", "is_own"), [(0.2, True), (0.6, False)])
+def test_who_turns_a_vehicle_whose_rotors_idle_is_a_person(idle, is_own):
+    """Armed for 30 s with all outputs at their lowest, and carried about; then it flies."""
+    shares = own()
+    shares[T < 30.0] = idle
+    _, told = judged(flying(), outputs(shares))
+    assert told["outputs to the motors"].believed is is_own
+
+
 def test_outputs_that_freeze_in_the_second_half_were_its_own():
     shares = own()
     shares[T > 35.0] = shares[T > 35.0][0]
