@@ -93,7 +93,8 @@ def _idle(shares: Floats, on: Mask) -> Mask:
         return on
     lowest, highest = shares[:, on].min(axis=1), shares[:, on].max(axis=1)
     rises: Mask = highest - lowest > STOPPED
-    return (shares[rises] <= lowest[rises, None]).all(axis=0) & rises.any()
+    idle: Mask = (shares[rises] <= lowest[rises, None]).all(axis=0) & rises.any()
+    return idle
 
 
 def _judge(message: Message, shares: Floats, moving: Mask) -> Judged:

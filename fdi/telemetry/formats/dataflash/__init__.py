@@ -11,6 +11,7 @@ text_columns.py  lines to columns
 log.py           puts the log together, binary or text
 clock.py         when each record was made
 events.py        modes, arming, texts, parameters
+vehicle.py       which vehicle, by greeting, parameters or records
 writer.py        a binary log with other values
 """
 

@@ -6,7 +6,7 @@ In: the records by name and their times. Out: `Event`s, parameters and their cha
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Final
@@ -35,12 +35,6 @@ _EMERGENCY_STOP: Final = 54
 _SAME_S: Final = 0.5  # s, in which EV and ARM tell of one arming
 _COMMON_REASONS: Final = 9  # MODE.Rsn below it means the same in all firmware
 _ONCE_OTHERWISE: Final = ("plane", "vtol", "rover")
-_MAKERS: Final = {
-    **{"ArduCopter": "quad", "ArduPlane": "plane", "ArduRover": "rover", "Rover": "rover"},
-    **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
-}
-_OF_MOTORS: Final = {6: "hexa", 8: "octa"}
-_SWASHPLATE: Final = "H_SWASH_TYPE"
 _OWN_CODES: Final = ("flight mode", "EKF primary changed")  # ECode 0 is a number, not "resolved"
 _ALARMS: Final = ("failsafe", "crash check", "EKF check", "thrust loss check")
 
@@ -242,20 +236,3 @@ def told_too_much(tables: Tables, beyond: int) -> Iterator[QualityRecord]:
         sum(x.start.size for x in tables if x.layout.name == name) for name in ("PARM", "MSG")
     )
     yield from records_left_out(values, beyond, texts)
-
-
-def vehicle_of(firmware: str | None, values: Mapping[str, float], motors: int = 0) -> str:
-    """Return the vehicle's name, from the firmware alone; `frame_of` knows its frame.
-
-    ``motors``: how many the records of old firmware have, which was built for one kind of frame.
-    """
-    kind = _MAKERS.get((firmware or "").split(" ")[0])
-    if kind is None and "FRAME_CLASS" in values and "Q_ENABLE" not in values:
-        kind = "quad" if "MOT_SPIN_ARM" in values or "ATC_RAT_RLL_P" in values else None
-    if kind == "quad":
-        if "FRAME_CLASS" not in values and _SWASHPLATE in values:
-            return "helicopter"
-        return _OF_MOTORS.get(motors, "quad")
-    if kind == "plane" and values.get("Q_ENABLE", 0) > 0:
-        return "vtol"
-    return kind or "other"

@@ -27,10 +27,10 @@ from fdi.telemetry.formats.dataflash.events import (
     log_texts,
     parameters,
     told_too_much,
-    vehicle_of,
 )
 from fdi.telemetry.formats.dataflash.layouts import Bytes, Field, Ints, Layout, Units
 from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
+from fdi.telemetry.formats.dataflash.vehicle import vehicle_of
 from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.wording import greeting
 from fdi.telemetry.log import Log, Source
@@ -88,7 +88,7 @@ def make_log(
     values, changes, named, beyond = parameters(timed)
     texts = [*(Event(0.0, "text", line) for line in heading), *log_texts(timed)]
     name = greeting(event.text for event in texts if event.kind == "text")
-    by_name = vehicle_of(name, values, _motors(tables))
+    by_name = vehicle_of(name, values, tables)
     vehicle, frame = frame_of(
         by_name, values, (event.text for event in texts), autopilot="ardupilot"
     )
@@ -136,14 +136,6 @@ def by_instance(tables: Tables) -> list[Table]:
     """Return the tables with one for every instance, as the log's messages are."""
     units = _units(tables)
     return [part for table in tables for part in _instances(table, units)]
-
-
-def _motors(tables: Tables) -> int:
-    """Return how many motors the records of old firmware have, by their definition."""
-    for _, (names, labels) in columns(tables, "FMT", "Name", "Columns"):
-        for row in np.flatnonzero(names == "MOT").tolist():
-            return str(labels[row]).count("Mot")
-    return 0
 
 
 def _told(found: Finding, track: Track) -> QualityRecord:

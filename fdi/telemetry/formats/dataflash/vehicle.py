@@ -1,0 +1,83 @@
+"""Which vehicle recorded a DataFlash log, also one that has lost its head?
+
+In: the greeting, the parameters and the tables. Out: the vehicle's name by its firmware;
+`frame_of` knows the frame. The greeting says it; without it the parameters that one firmware alone
+has; without these the records of the controller of height, and the outputs: a copter's motors rest
+at the lower end of their range, and a submarine's in the middle.
+
+Sources: the names in ArduPilot's Parameters.cpp and Log.cpp of each vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import takewhile
+from typing import Final
+
+import numpy as np
+
+from fdi.telemetry.formats.dataflash.tables import Tables, columns
+
+_MAKERS: Final = {
+    **{"ArduCopter": "quad", "ArduPlane": "plane", "ArduRover": "rover", "Rover": "rover"},
+    **{"ArduSub": "sub", "APM:Copter": "quad", "APM:Plane": "plane", "APM:Rover": "rover"},
+}
+_OWN_PARAMETERS: Final = {
+    **{"JS_GAIN_DEFAULT": "sub", "RLL2SRV_TCONST": "plane", "ATC_STR_RAT_P": "rover"},
+    **{"ATC_RAT_RLL_P": "quad", "RATE_RLL_P": "quad"},
+}
+"""In this order: submarines have the copters' controllers of rates."""
+_OWN_FIELDS: Final = {"NavRoll": "plane", "ABst": "quad", "AngBst": "quad"}
+"""Of ``CTUN``."""
+_OF_MOTORS: Final = {6: "hexa", 8: "octa"}
+_SWASHPLATE: Final = "H_SWASH_TYPE"
+_OUTPUTS: Final = ("C{}", "Chan{}", "Ch{}")
+_LOWER_END_US: Final = 1300
+"""Above what motors rest at (900 to 1200 us), below the middle of a range."""
+
+
+def vehicle_of(firmware: str | None, values: Mapping[str, float], tables: Tables) -> str:
+    """Return the vehicle's name; ``other`` where nothing tells it."""
+    kind = _MAKERS.get((firmware or "").split(" ")[0])
+    if kind is None:
+        kind = next((one for name, one in _OWN_PARAMETERS.items() if name in values), None)
+    if kind is None and not values:
+        return _by_records(tables)
+    if kind == "quad":
+        if "FRAME_CLASS" not in values and _SWASHPLATE in values:
+            return "helicopter"
+        return _OF_MOTORS.get(_motors(tables), "quad")
+    if kind == "plane" and values.get("Q_ENABLE", 0) > 0:
+        return "vtol"
+    return kind or "other"
+
+
+def _by_records(tables: Tables) -> str:
+    """Return the vehicle's name by what its firmware records, where it left no name."""
+    fields = {field.name for table in tables if table.layout.name == "CTUN"
+              for field in table.layout.fields}  # fmt: skip
+    kind = next((one for name, one in _OWN_FIELDS.items() if name in fields), "other")
+    if kind != "quad":
+        return kind
+    return {4: "quad", **_OF_MOTORS}.get(_driven(tables), "other")
+
+
+def _motors(tables: Tables) -> int:
+    """Return how many motors the records of old firmware have, built for one kind of frame."""
+    for _, (names, labels) in columns(tables, "FMT", "Name", "Columns"):
+        for row in np.flatnonzero(names == "MOT").tolist():
+            return str(labels[row]).count("Mot")
+    return 0
+
+
+def _driven(tables: Tables) -> int:
+    """Return how many outputs, from the first on, begin at the lower end and leave it."""
+    return sum(1 for _ in takewhile(bool, (_is_motor(tables, number) for number in range(1, 9))))
+
+
+def _is_motor(tables: Tables, number: int) -> bool:
+    for name in _OUTPUTS:
+        for _, (told,) in columns(tables, "RCOU", name.format(number)):
+            given = told[told > 0]
+            return bool(given.size and given[0] < _LOWER_END_US < given.max())
+    return False

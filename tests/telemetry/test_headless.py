@@ -1,0 +1,46 @@
+"""DataFlash logs that have lost their head: no greeting, some of the parameters or none."""
+
+import pytest
+
+from fdi.telemetry import read
+
+
+def _lines(parameters, fields, outputs):
+    yield "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns"
+    yield "FMT, 129, 23, PARM, QNf, TimeUS,Name,Value"
+    yield f"FMT, 4, 20, CTUN, QfH, TimeUS,ThI,{fields}"
+    channels = ",".join(f"C{i + 1}" for i in range(8))
+    yield f"FMT, 5, 30, RCOU, QHHHHHHHH, TimeUS,{channels}"
+    yield from (f"PARM, 1000000, {name}, {value}" for name, value in parameters.items())
+    for i in range(40):
+        yield f"CTUN, {1000000 + 100000 * i}, 0.5, 1"
+        given = [rest if i < 10 else flies for rest, flies in outputs]
+        given += [0] * (8 - len(given))
+        yield f"RCOU, {1000000 + 100000 * i}, " + ", ".join(map(str, given))
+
+
+MOTOR, SERVO, THRUSTER = (1000, 1500), (1500, 1550), (1500, 1700)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "field", "outputs", "vehicle"),
+    [
+        ({"RATE_RLL_P": 0.15}, "AngBst", (), "quad"),
+        ({"ATC_RAT_RLL_P": 0.1, "H_SWASH_TYPE": 0}, "ABst", (), "helicopter"),
+        ({"ATC_RAT_RLL_P": 0.1, "JS_GAIN_DEFAULT": 0.5}, "ABst", (), "sub"),
+        ({"RLL2SRV_TCONST": 0.5}, "NavRoll", (), "plane"),
+        ({"RLL2SRV_TCONST": 0.5, "ATC_RAT_RLL_P": 0.1, "Q_ENABLE": 1}, "NavRoll", (), "vtol"),
+        ({"ATC_STR_RAT_P": 0.2}, "ABst", (), "rover"),
+        ({"SYSID_THISMAV": 1}, "ABst", [MOTOR] * 4, "other"),  # parameters, and none that tells
+        ({}, "NavRoll", [SERVO, SERVO, MOTOR, SERVO], "plane"),
+        ({}, "ABst", [MOTOR] * 4, "quad"),
+        ({}, "AngBst", [MOTOR] * 6 + [SERVO], "hexa"),
+        ({}, "ABst", [MOTOR] * 5, "other"),
+        ({}, "ABst", [THRUSTER] * 6, "other"),  # a submarine records the same
+        ({}, "Unknown", [MOTOR] * 4, "other"),
+    ],
+)
+def test_the_vehicle_is_known_without_its_greeting(tmp_path, parameters, field, outputs, vehicle):
+    path = tmp_path / "headless.log"
+    path.write_text("\n".join(_lines(parameters, field, outputs)))
+    assert read(path).vehicle == vehicle
