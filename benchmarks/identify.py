@@ -20,7 +20,7 @@ from evaluation import LABELS
 
 import fdi
 from fdi.decision import load_policy
-from fdi.residuals.identify import STRETCH_S
+from fdi.residuals.between import STRETCH_S
 from fdi.telemetry.events import SETTLING_S
 
 VEHICLES = ("sitl/copter", "sitl/plane")

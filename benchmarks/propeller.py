@@ -6,9 +6,7 @@ In: flights of one quadcopter with intact propellers and with one shortened by 5
 default ../shared/flights/propeller_cut beside the repository, and their labels. Every flight is
 analysed by a policy of `fdi calibrate` from the intact ones, an intact one by that of the others.
 Out: its trims and the learned ones, how large a share of healthy flights is as far off, where that
-is told whose test is then the farthest off, and who is accused. Beside it what could tell more and
-is not used: the electrical power of the same 20 s, and how large a share of healthy flights is as
-far off by that, with the same estimator.
+is told whose test is then the farthest off, and who is accused.
 """
 
 from __future__ import annotations
@@ -19,35 +17,16 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 import fdi
 from fdi.calibrate import calibrate
 from fdi.decision.policy import policy_text
-from fdi.residuals.between import as_normal, departure, expected, share_beyond
+from fdi.residuals.between import departure
 from fdi.residuals.departed import departed
-from fdi.residuals.identify import STRETCH_S
-from fdi.telemetry.events import SETTLING_S
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT.parent / "shared" / "flights" / "propeller_cut"
-TRIMS = ("roll_trim", "pitch_trim", "yaw_trim")
-HEAD = ("flight", "cut", *TRIMS, "as far off", "told", "accused", "power", "as far off")
-
-
-def power(path: Path) -> float:
-    """Return the electrical power, W, that a flight takes in the stretch of its parameters."""
-    log = fdi.read(path)
-    volt, ampere = (log.channel(f"SYS_STATUS.{n}_battery") for n in ("voltage", "current"))
-    takeoff = log.flights[0].takeoff or 0.0
-    inside = (volt.t >= takeoff + SETTLING_S) & (volt.t < takeoff + SETTLING_S + STRETCH_S)
-    return float(np.mean(volt.value[inside] * ampere.value[inside]))
-
-
-def power_share(path: Path, intact: Sequence[Path]) -> float:
-    """Return the share of healthy flights whose power is as far from that of the intact ones."""
-    told = expected([power(one) for one in intact], [0.0] * len(intact), np.inf)
-    return share_beyond([as_normal((power(path) - told.value) / told.std, told, np.inf)])
+TRIMS = ("roll_trim", "pitch_trim", "yaw_trim", "power_taken")
+HEAD = ("flight", "cut", *TRIMS, "as far off", "told", "accused")
 
 
 def row(path: Path, intact: Sequence[Path], cut: str, folder: Path) -> list[str]:
@@ -69,8 +48,7 @@ def row(path: Path, intact: Sequence[Path], cut: str, folder: Path) -> list[str]
         )
     accused = ", ".join(dict.fromkeys(one.component for one in analysis.findings))
     first = found.tests[0].component if found and found.tests else "-"
-    cells += [f"{off.share:.1%}", first if found else "no", accused or "nobody"]
-    return [*cells, f"{power(path):.0f} W", f"{power_share(path, others):.1%}"]
+    return [*cells, f"{off.share:.1%}", first if found else "no", accused or "nobody"]
 
 
 def main() -> int:

@@ -148,8 +148,21 @@ NO_RESTART = dict.fromkeys(
     "no autopilot started anew",
 )
 NEVER_FLEW = {"swings_on_its_legs": "only a vehicle that never leaves the ground is asked"}
+FIRST = dict.fromkeys(
+    ("pow_1", "motors_draw_otherwise"),
+    "no policy of earlier flights is at hand, from which this one could depart",
+)
 ANY = (
-    NEVER_FLEW | NO_RATES | SECOND | THREE | UNSET | ALWAYS_THERE | OFF | NOT_OBSERVED | NO_RESTART
+    NEVER_FLEW
+    | FIRST
+    | NO_RATES
+    | SECOND
+    | THREE
+    | UNSET
+    | ALWAYS_THERE
+    | OFF
+    | NOT_OBSERVED
+    | NO_RESTART
 )
 PX4_TLOG = ANY | NO_SINK_RATE | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD

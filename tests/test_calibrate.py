@@ -134,11 +134,28 @@ def simulated(tmp_path_factory):
 def test_parameters_of_healthy_flights_stand_in_the_policy(simulated):
     """A simulated vehicle has no trims, and flies alike."""
     parameters = read_document(simulated).tree["calibration"]["parameters"]
-    assert list(parameters) == ["roll_trim", "pitch_trim", "yaw_trim"]
+    assert list(parameters) == ["roll_trim", "pitch_trim", "yaw_trim", "power_taken"]
+    power = parameters.pop("power_taken")
+    assert power["flights"] == 4  # its current does not go as a real one does
     for one in parameters.values():
         assert one["flights"] == 4
         assert abs(one["value"]) < 0.01
         assert 0 < one["std"] < 0.01
+
+
+@needs_flights
+def test_a_propeller_that_is_short_since_take_off_is_accused_by_the_power_it_takes(tmp_path):
+    """Of a real quadcopter; with 5 mm less it flies as with an intact one."""
+    folder = SHARED / "propeller_cut"
+    intact = [f"good_prop_{name}.bin" for name in ("hover_1", "hover_3", "straight_line_3")]
+    path = tmp_path / "intact.yaml"
+    path.write_text(policy_text(calibrate([folder / name for name in intact]).policy))
+    for name, accused in (("20mm_hover_2", True), ("5mm_straight_line_2", False)):
+        found = analyze(folder / f"{name}.bin", policy=path)
+        assert [one.component for one in found.findings] == ["propulsion"] * accused
+        if accused:
+            assert found.findings[0].onset == found.log.flights[0].takeoff
+            assert "takes another power" in summary(found)
 
 
 @needs_flights

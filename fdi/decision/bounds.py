@@ -19,6 +19,7 @@ from fdi.decision.recipes import Learned, PredictedSpread
 from fdi.decision.scatter import differences, levels
 from fdi.decision.straying import least_tolerances
 from fdi.model.evaluate import Floats, wrap
+from fdi.model.expression import symbols
 from fdi.model.parts import Kind
 from fdi.model.system import System
 from fdi.residuals import Bank, Generator, Residuals
@@ -288,14 +289,22 @@ def _unfit(
 
 
 def _taught(residuals: Residuals) -> NDArray[np.bool_]:
-    """Return the tests that need parameters which other flights of the vehicle taught.
+    """Return the tests, (r,), whose parameters are all known from other flights of the vehicle.
 
     Then it is the flight that does not fit, and not the test.
     """
-    unknown = [p for p in residuals.bank.system.parameters.values() if p.bounds is not None]
-    if not all(p.learned for p in unknown):
-        return np.zeros(len(residuals.values), bool)
-    return np.asarray((np.nan_to_num(residuals.unsure) > 0).any(axis=1))
+    system = residuals.bank.system
+    unknown = {name: one for name, one in system.parameters.items() if one.bounds is not None}
+    found = np.zeros(len(residuals.values), np.bool_)
+    for row, generator in enumerate(residuals.bank.generators):
+        used = {
+            name
+            for equation in map(system.equations.__getitem__, generator.equations)
+            for name in (*symbols(equation.left), *symbols(equation.right))
+        }
+        needed = used & unknown.keys()
+        found[row] = bool(needed) and all(unknown[name].learned for name in needed)
+    return found
 
 
 def _factors(

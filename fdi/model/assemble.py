@@ -286,6 +286,7 @@ def _equation(name: str, kind: Kind, definition: Definition, draft: _Draft) -> E
             supports=entry.supports,
             steady=entry.steady,
             always=entry.always,
+            taught=entry.taught,
             command=entry.command,
             says=entry.says or "",
             suspects=tuple(entry.suspects),

@@ -206,6 +206,9 @@ class Equation:
     always : bool
         Of a limit or an equality: violated from the beginning it tells a fault that was there
         before, dated by where it began on the ground, and no condition of this flight.
+    taught : bool
+        It holds against what earlier flights of this vehicle taught, and is asked only where this
+        one departs from them, in the seconds that tell so.
     command : bool
         A violation is seen in a recorded command: it tells what was asked for, not what was done.
     elapsed : bool
@@ -237,6 +240,7 @@ class Equation:
     supports: bool = False
     steady: bool = False
     always: bool = False
+    taught: bool = False
     command: bool = False
     elapsed: bool = False
     says: str = ""

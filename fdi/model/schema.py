@@ -139,6 +139,7 @@ class EquationEntry(_Entry):
     supports: bool = False
     steady: bool = False
     always: bool = False
+    taught: bool = False
     command: bool = False
     says: Clause | None = None
     amounts: dict[Amount, Annotated[AmountEntry, BeforeValidator(_value_entry)]] = {}

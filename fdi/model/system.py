@@ -57,6 +57,7 @@ class SystemEquation:
     supports: bool = False
     steady: bool = False
     always: bool = False
+    taught: bool = False
     command: bool = False
     elapsed: bool = False
     says: str = ""
@@ -139,6 +140,11 @@ class ParameterValue(Shown):
     learned: Estimate | None = None
     flight: Estimate | None = None
     shares: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def departs(self) -> bool:
+        """Return whether this flight tells another value than what others taught, and held."""
+        return self.source == "policy" and self.learned is not None and self.flight is not None
 
     @property
     def width(self) -> float:

@@ -121,6 +121,8 @@ def _judged(row: int, analysis: Analysis) -> str:
     if alarms.unfit[row]:
         return "no: violated from the beginning of the flight on, or its constant is not known"
     if not np.isfinite(alarms.residuals.values[row]).any():
+        if analysis.bank.system.equations[analysis.bank.generators[row].residual].taught:
+            return "no: asked where a flight departs from those that a policy was learned from"
         return "no: never known with this telemetry, or its condition never held"
     known = (alarms.state[row, air] != UNKNOWN).mean() if air.any() else 0.0
     if not known:

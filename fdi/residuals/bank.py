@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fdi.model.evaluate import Floats
 from fdi.model.system import System
+from fdi.residuals.between import STRETCH_S
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import context_of, evaluate_nodes
 from fdi.residuals.node import Node
@@ -24,6 +25,7 @@ from fdi.residuals.reads import channels_read, faults_reaching
 from fdi.residuals.rules import Reason
 from fdi.shown import Shown
 from fdi.telemetry import Channel, Signals
+from fdi.telemetry.airtime import first_known
 
 if TYPE_CHECKING:
     import pandas
@@ -157,12 +159,13 @@ class Bank:
         """Return every residual over the whole flight, with its predicted spread."""
         context = context_of(self.system, self.nodes, signals, differentiation)
         found = evaluate_nodes([generator.node for generator in self.generators], context)
+        values, ago = self._against_others(found.values, signals)
         equations = self.system.equations
         tolerance = np.array([equations[g.residual].tolerance for g in self.generators])
         tolerance.flags.writeable = False
         return Residuals(
             self,
-            found.values,
+            values,
             found.spread,
             found.allowance,
             found.swing,
@@ -174,8 +177,27 @@ class Bank:
             differentiation,
             found.ambiguous,
             found.swung,
-            found.ago,
+            {**found.ago, **ago},
         )
+
+    def _against_others(self, values: Floats, signals: Signals) -> tuple[Floats, dict[int, Floats]]:
+        """Return residuals, (r, n), and how long ago began what those against other flights show.
+
+        These are asked where this flight departs from the others, in the stretch that tells so; and
+        it has departed since it began.
+        """
+        values, ago = values.copy(), {}
+        departs = {one.zero for one in self.system.parameters.values() if one.departs}
+        since = min((flight.airborne[0] for flight in signals.flights), default=0.0)
+        for row, generator in enumerate(self.generators):
+            equation = self.system.equations[generator.residual]
+            if equation.taught:
+                early = first_known(np.isfinite(values[row]), signals, STRETCH_S)
+                asked = early & bool(departs & equation.edges.keys())
+                values[row] = np.where(asked, values[row], np.nan)
+                ago[row] = signals.t - since
+        values.flags.writeable = False
+        return values, ago
 
     def describe(self, generator: Generator) -> str:
         """Return the equations of a generator as one line a person can read."""

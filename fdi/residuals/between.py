@@ -33,6 +33,8 @@ import numpy as np
 
 from fdi.model.system import Estimate, ParameterValue
 
+STRETCH_S: Final = 20.0
+"""From so many seconds after settling in the air: what `fdi.decision` takes its constants from."""
 TELLING: Final = 0.5
 """Share of the model's width: a flight that leaves more repeats the prior, and tells nothing."""
 ROUNDED: Final = 1e-3

@@ -17,8 +17,7 @@ import numpy as np
 
 from fdi.model.system import ParameterValue
 from fdi.residuals import Residuals
-from fdi.residuals.between import departure
-from fdi.residuals.identify import STRETCH_S
+from fdi.residuals.between import STRETCH_S, departure
 from fdi.telemetry.airtime import reference_mask
 
 LEAST_SHARE: Final = 0.001

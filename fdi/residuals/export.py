@@ -6,8 +6,8 @@ as :meth:`Bank.evaluate`. Every node of the bank is one line, with its equation 
 lines call are the functions that evaluation calls here, by their own source.
 
 Left out, and said so in ``NOT_EXPORTED``: generators with an algebraic loop, with a slope over a
-window, with states that are integrated, and with functions of somebody's own. Predicted spreads are
-not exported.
+window, with states that are integrated, with functions of somebody's own, and those that are held
+against what earlier flights taught. Predicted spreads are not exported.
 """
 
 from __future__ import annotations
@@ -211,6 +211,8 @@ def _refusal(bank: Bank, generator: Generator) -> str:
         return "has an algebraic loop, which is solved numerically"
     if "observer" in kinds:
         return "integrates states, which are held by an observer"
+    if bank.system.equations[generator.residual].taught:
+        return "is held against what earlier flights taught"
     if "slope" in kinds:
         return "has a slope over a window"
     used = [e for node in nodes for e in (*node.expressions, node.gate) if e is not None]

@@ -36,7 +36,7 @@ import numpy as np
 from fdi.model.evaluate import Floats
 from fdi.model.system import Estimate, ParameterValue
 from fdi.residuals.bank import Bank
-from fdi.residuals.between import departure
+from fdi.residuals.between import STRETCH_S, departure
 from fdi.residuals.differentiate import Differentiation
 from fdi.residuals.evaluate import compute_node, context_of
 from fdi.residuals.reads import needed_for
@@ -44,8 +44,6 @@ from fdi.residuals.value import Context, Value
 from fdi.telemetry import Signals
 from fdi.telemetry.airtime import first_known
 
-STRETCH_S: Final = 20.0
-"""From so many seconds after settling in the air: what `fdi.decision` takes its constants from."""
 BLOCK_S: Final = 1.0
 LEAST_BLOCKS: Final = 5
 """Fewer tell no scatter."""

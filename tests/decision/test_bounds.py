@@ -19,6 +19,7 @@ from fdi.decision.bounds import (
 )
 from fdi.decision.noise import centres, spread_factors
 from fdi.decision.recipes import Learned, PredictedSpread
+from fdi.model.expression import Symbol
 from fdi.model.parts import Kind, Measurement
 from fdi.model.system import Estimate, ParameterValue
 from fdi.telemetry import Channel
@@ -290,18 +291,29 @@ def test_what_is_never_known_in_the_beginning_is_no_condition():
     assert not told(np.where(EARLY, np.nan, 3.0), kind=Kind.LIMIT).unfit[0]
 
 
-def test_what_other_flights_taught_is_no_condition_where_a_test_needs_it():
-    values = np.full(N, 60.0)
-    own = ParameterValue(1.0, "m", "policy", 0.1, (0.0, 2.0), learned=Estimate(1.0, 0.1, 3))
-    for parameter, unsure, unfit in (
-        (own, 0.5, False),
-        (own, 0.0, True),
-        (replace(own, learned=None), 0.5, True),
-    ):
-        given_ = residuals(values, unsure=unsure, **AIR)
-        system = replace(given_.bank.system, parameters={"mass": parameter})
-        given_ = replace(given_, bank=replace(given_.bank, system=system))
-        assert learn(given_, RECIPE).told.unfit[0] == unfit
+MASS = ParameterValue(1.0, "m", "policy", 0.1, (0.0, 2.0), learned=Estimate(1.0, 0.1, 3))
+UNTAUGHT = replace(MASS, learned=None)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "uses", "unfit"),
+    [
+        ({"mass": MASS}, "mass", False),
+        ({"mass": MASS}, "length", True),
+        ({"mass": UNTAUGHT}, "mass", True),
+        ({"mass": MASS, "other": UNTAUGHT}, "mass", False),  # which it does not need
+    ],
+)
+def test_what_other_flights_taught_is_no_condition_where_a_test_needs_it(parameters, uses, unfit):
+    given_ = residuals(np.full(N, 60.0), unsure=0.5, **AIR)
+    system, (generator,) = given_.bank.system, given_.bank.generators
+    equations = list(system.equations)
+    number = generator.residual
+    equations[number] = replace(equations[number], right=Symbol(uses))
+    system = replace(system, parameters=parameters, equations=tuple(equations))
+    generator = replace(generator, equations=(number,))
+    bank = replace(given_.bank, system=system, generators=(generator,))
+    assert learn(replace(given_, bank=bank), RECIPE).told.unfit[0] == unfit
 
 
 @pytest.mark.parametrize(("size", "unfit"), [(6.4, False), (6.7, True)])

@@ -13,8 +13,9 @@ from fdi.errors import ModelError
 from fdi.model.parameters import with_learned
 from fdi.model.system import Estimate
 from fdi.residuals import Differentiation, build_bank
+from fdi.residuals.between import STRETCH_S
 from fdi.residuals.departed import departed
-from fdi.residuals.identify import STRETCH_S, fit_linear, fit_with_halves, identified
+from fdi.residuals.identify import fit_linear, fit_with_halves, identified
 from fdi.telemetry.events import SETTLING_S
 
 from .build import airframe
@@ -443,3 +444,31 @@ def test_nothing_at_all_is_no_evidence():
     """Motors that stand still: no values make a difference."""
     fit = fit_linear(np.zeros((8, 2)), np.array([0.2]))
     assert (fit.value.item(), fit.std.item(), fit.wanders.item()) == (0.0, 0.2, 0.0)
+
+
+@pytest.fixture(scope="module")
+def against_others(tmp_path_factory):
+    """The same, of which the test is asked only against what earlier flights taught."""
+    text = TEXT.replace("tolerance: 0.01, component", "tolerance: 0.01, taught: true, component")
+    assert text != TEXT
+    return build_bank(airframe(tmp_path_factory.mktemp("model"), text).observe(), "mtes")
+
+
+@pytest.mark.parametrize(("off", "asked"), [(0.0, False), (0.3, True)])
+def test_what_earlier_flights_taught_is_asked_where_this_one_departs(against_others, off, asked):
+    """In the stretch that tells so, and not of what comes later."""
+    given_ = flown(against_others, off=lambda t: np.where(t < 60.0, off, 5.0))
+    own = taught(against_others, zero=Estimate(ZERO, 0.02, 5), gain=Estimate(GAIN, 0.02, 5))
+    known = identified(own, given_, RECIPE).evaluate(given_, RECIPE)
+    (values,) = known.values
+    judged = np.flatnonzero(np.isfinite(values))
+    assert bool(judged.size) == asked
+    if asked:
+        assert np.ptp(given_.t[judged]) == pytest.approx(20.0, abs=0.5)
+        assert np.median(np.abs(values[judged])) == pytest.approx(off, abs=0.02)
+
+
+def test_without_earlier_flights_it_is_not_asked(against_others):
+    given_ = flown(against_others, off=lambda t: np.full(len(t), 0.3))
+    known = identified(against_others, given_, RECIPE).evaluate(given_, RECIPE)
+    assert not np.isfinite(known.values).any()
