@@ -12,7 +12,7 @@ from fdi.cli.completion import FILE
 from fdi.cli.options import NO_PROGRESS, QUIET, SYSTEM, model_option, policy_option
 from fdi.cli.output import answer, complain, progress_bar
 
-WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence")
+WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence", "spectrum")
 """The names of `fdi.report.paper.FIGURES`, written out so that help needs no library."""
 
 
@@ -87,7 +87,8 @@ def figure(
 
     grid: which faults are marked, over time. track: where the vehicle flew. channels: recorded
     channels. residual: a residual with its threshold. isolability: which faults can be told apart.
-    evidence: the curves behind a finding.
+    evidence: the curves behind a finding. spectrum: at which frequencies the vehicle shook, with
+    the motors' rates and notch filters.
     """
     from fdi.report.paper import check_request, picture_kind
 

@@ -21,6 +21,7 @@ airframes.py  the frame of a vehicle with rotors
 counters.py   parameters in which the autopilot counts
 identity.py   which vehicle: the serial number of its board
 motors.py     where every motor stands, and which way it turns
+spectra.py    vibrations over time and frequency, by the fastest records
 sensors.py    sensors that the autopilot stops using
 course.py     `Course`: motion, arming and phases of a log
 motion.py     how the vehicle moves, at the times of its height

@@ -1,10 +1,11 @@
 """Figures for a printed page: what they show, that letters fit, what is refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from flights import EXAMPLES
+from flights import EXAMPLES, SHARED
 from matplotlib.text import Text
 
 from fdi.analysis import analyze
@@ -15,12 +16,13 @@ from fdi.report.page.evidence import Court
 from fdi.report.paper import DPI, FIGURES, draw
 from fdi.report.paper.column import thinned
 from fdi.report.paper.grid import MOST_ROWS, grid_rows
+from fdi.report.paper.spectrum import MOST_COLUMNS, _fewer, _with_pauses
 from fdi.report.style import image
 
 from .build import NOTHING
 from .test_figures import texts
 
-DRAWN = [what for what in FIGURES if what != "track"]
+DRAWN = [what for what in FIGURES if what not in ("track", "spectrum")]
 
 
 @pytest.mark.parametrize("what", DRAWN)
@@ -71,12 +73,37 @@ def test_a_test_is_found_by_its_id_or_component(analysis):
         ("grid", {"width_mm": 3.0}, "cannot be drawn"),
         ("grid", {"width_mm": float("nan")}, "cannot be drawn"),
         ("track", {}, "holds no position"),
+        ("spectrum", {}, "holds no vibrations to draw: 100 samples a second"),
     ],
 )
 def test_what_cannot_be_drawn_is_said_in_one_line(analysis, what, asked, said):
     with pytest.raises(UsageError, match=said) as caught:
         analysis.plot(what, **asked)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.flights
+@pytest.mark.skipif(not SHARED.is_dir(), reason="no ../shared")
+def test_a_waterfall_has_every_sensor_and_where_its_line_is():
+    """A log of 250 Hz whose gyroscope shows a line at 116.6 Hz all the time."""
+    found = analyze(SHARED / "real" / "pyulog_sample.ulg")
+    figure = draw(found, "spectrum")
+    assert [ax.get_ylabel() for ax in figure.axes] == ["gyroscope (Hz)", "accelerometer (Hz)"]
+    (title,) = [text for text in texts(figure) if "sensor_combined at 250 Hz" in text]
+    assert re.search("line at 11[67] Hz", title)
+    assert len(image(figure, "svg")) < 500_000
+
+
+def test_a_pause_in_a_waterfall_is_empty_and_columns_are_means():
+    t = np.array([0.0, 1.0, 2.0, 8.0, 9.0])
+    times, level = _with_pauses(t, np.arange(5.0)[None])
+    np.testing.assert_array_equal(times, [0.0, 1.0, 2.0, 3.0, 7.0, 8.0, 9.0])
+    np.testing.assert_array_equal(level[0], [0.0, 1.0, 2.0, np.nan, np.nan, 3.0, 4.0])
+    count = 2 * MOST_COLUMNS - 1
+    times, level = _fewer(np.arange(count, dtype=float), np.ones((3, count)))
+    assert times.size == MOST_COLUMNS
+    np.testing.assert_allclose(times[[0, 1, -1]], [0.5, 2.5, count - 1])
+    np.testing.assert_allclose(level, 1.0)
 
 
 @pytest.fixture(scope="module")

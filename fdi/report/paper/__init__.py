@@ -10,6 +10,7 @@ axis has its unit and nothing is drawn that the analysis does not hold. ``Analys
 - ``track.py``: where the vehicle flew
 - ``curves.py``: recorded channels; ``tests.py``: residuals with thresholds
 - ``behind.py``: both, around a finding
+- ``spectrum.py``: at which frequencies it shook
 - ``groups.py``: which faults can be told apart
 """
 

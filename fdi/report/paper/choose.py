@@ -12,6 +12,7 @@ from fdi.report.paper.column import COLUMN_MM, NARROWEST_MM, WIDEST_MM
 from fdi.report.paper.curves import channels_figure
 from fdi.report.paper.grid import grid_figure
 from fdi.report.paper.groups import isolability_figure
+from fdi.report.paper.spectrum import spectrum_figure
 from fdi.report.paper.tests import residual_figure
 from fdi.report.paper.track import track_figure
 from fdi.result import Analysis
@@ -24,6 +25,7 @@ FIGURES: Final = {
     "residual": "a test with its threshold",
     "isolability": "which faults can be told apart",
     "evidence": "the curves behind a finding",
+    "spectrum": "at which frequencies it shook",
 }
 PICTURES: Final = ("svg", "pdf", "png")
 DPI: Final = 300
@@ -53,6 +55,8 @@ def draw(
         return track_figure(analysis, width_mm)
     if what == "isolability":
         return isolability_figure(analysis, width_mm)
+    if what == "spectrum":
+        return spectrum_figure(analysis, width_mm)
     if what == "channels":
         return channels_figure(analysis, channels, finding, width_mm)
     if what == "residual":
