@@ -299,3 +299,17 @@ def test_a_battery_in_health_or_one_that_does_not_tell_loses_nothing(said, tmp_p
     assert np.nanmax(told.values) == 0
     assert len(told.alarmed) == 0
     assert told.accused == []
+
+
+@pytest.mark.parametrize(("rise", "is_told"), [(2.0, False), (12.0, True)])
+def test_vibration_is_told_by_how_many_times_it_has_grown(rise, is_told, tmp_path):
+    """From 0.5 m/s^2: by 4.4 dB, and by 19, where 12 m/s^2 are little for who shook by 10."""
+    start = middle(COPTER)
+    told = Told(
+        with_fault(COPTER, f"VIBRATION.vibration_z:bias={rise}@{start}", tmp_path),
+        "vibration_z_grown",
+    )
+    assert bool(told.alarmed.size) == is_told
+    assert ("vibration" in told.accused) == is_told
+    level = -np.nanmedian(told.values[told.t > start + 5.0])
+    assert level == pytest.approx(20 * np.log10(1.47 + rise), abs=1.0)

@@ -213,6 +213,8 @@ def size_words(sizes: Sequence[WouldShow]) -> str:
     'a frozen reading for more than 3 s would have shown'
     >>> size_words([WouldShow("a", 0.5, "V", "rises"), WouldShow("a", 0.7, "V", "falls")])
     'a lasting rise of more than 0.5 V or fall of more than 0.7 V would have shown'
+    >>> size_words([WouldShow("c", 12, "dB", "rises")])
+    'a lasting rise of more than 12 dB in its level would have shown'
     """
     ways: dict[str, dict[How, WouldShow]] = {}
     for one in sizes:
@@ -240,7 +242,8 @@ def _words(most: Mapping[How, float], unit: str) -> str:
         return f"a lasting change of more than {sized['changes']} in either direction"
     named = {"rises": "rise", "falls": "fall"}
     told = [f"{named[how]} of more than {size}" for how, size in sized.items()]
-    return f"a lasting {' or '.join(told)}"
+    # of a level, and not of what it is the logarithm of
+    return f"a lasting {' or '.join(told)}{' in its level' if label == 'dB' else ''}"
 
 
 def _at_least(size: float) -> str:

@@ -91,7 +91,7 @@ def _waterfall(ax: Any, one: Spectrum, span: Span) -> None:
 def _fewer(t: Floats, level: Floats) -> tuple[Floats, Floats]:
     """Return times and columns, so many of them averaged that `MOST_COLUMNS` are left at most."""
     every = -(-t.size // MOST_COLUMNS)
-    starts = np.arange(0, t.size, every)
+    starts = every * np.arange(-(-t.size // every))
     counts = np.diff(starts, append=t.size)
     return (
         np.add.reduceat(t, starts) / counts,
