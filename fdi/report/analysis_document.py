@@ -189,6 +189,8 @@ def _ending(item: Ending) -> dict[str, Any]:
         "at_s": number(end.at),
         "speed": number(end.speed),
         "lost_control_s": number(end.lost_control),
+        "lost_by": end.lost_by,
+        "is_seen": end.is_seen,
         "first": [
             {"at_s": number(one.at), "kind": one.kind, "text": one.text} for one in item.first
         ],
