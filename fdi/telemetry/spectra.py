@@ -58,9 +58,14 @@ _BATCH_TYPE: Final = {"accelerometer": 0, "gyroscope": 1}  # ISBH.type
 _ENTRIES: Final = range(32)  # of an array of a record
 _AXES: Final = "xyz"
 _NOTCHES: Final = (
-    *(("ardupilot", f"INS_{n}_ENABLE", f"INS_{n}_FREQ") for n in ("HNTCH", "HNTC2", "NOTCH")),
-    *(("px4", f"IMU_GYRO_NF{n}_FRQ", f"IMU_GYRO_NF{n}_FRQ") for n in range(2)),
+    *(
+        ("ardupilot", f"INS_{n}_ENABLE", f"INS_{n}_FREQ", f"INS_{n}_MODE")
+        for n in ("HNTCH", "HNTC2", "NOTCH")
+    ),
+    *(("px4", f"IMU_GYRO_NF{n}_FRQ", f"IMU_GYRO_NF{n}_FRQ", "") for n in range(2)),
 )
+"""Autopilot, what switches it on, its frequency, and its mode: one that follows motors has another
+than 0."""
 
 
 class Piece(NamedTuple):
@@ -172,8 +177,10 @@ def notches(log: Log) -> list[float]:
     """Return the frequencies, Hz, at which fixed notch filters are set."""
     told = [
         float(log.parameters.get(frequency, 0.0))
-        for autopilot, switch, frequency in _NOTCHES
-        if autopilot == log.autopilot and log.parameters.get(switch, 0) > 0
+        for autopilot, switch, frequency, mode in _NOTCHES
+        if autopilot == log.autopilot
+        and log.parameters.get(switch, 0) > 0
+        and not log.parameters.get(mode, 0)
     ]
     return sorted({hz for hz in told if hz > 0})
 

@@ -162,6 +162,7 @@ def test_motors_turn_as_often_as_their_controllers_say():
     [
         ("ardupilot", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0}, [80.0]),
         ("ardupilot", {"INS_HNTCH_ENABLE": 0, "INS_HNTCH_FREQ": 80.0}, []),
+        ("ardupilot", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0, "INS_HNTCH_MODE": 3}, []),
         ("px4", {"IMU_GYRO_NF0_FRQ": 0.0, "IMU_GYRO_NF1_FRQ": 95.0}, [95.0]),
         ("px4", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0}, []),
     ],
