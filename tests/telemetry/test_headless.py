@@ -26,6 +26,7 @@ MOTOR, SERVO, THRUSTER = (1000, 1500), (1500, 1550), (1500, 1700)
     ("parameters", "field", "outputs", "vehicle"),
     [
         ({"RATE_RLL_P": 0.15}, "AngBst", (), "quad"),
+        ({"FRAME_CLASS": 2, "MOT_SPIN_ARM": 0.1}, "ABst", (), "hexa"),
         ({"ATC_RAT_RLL_P": 0.1, "H_SWASH_TYPE": 0}, "ABst", (), "helicopter"),
         ({"ATC_RAT_RLL_P": 0.1, "JS_GAIN_DEFAULT": 0.5}, "ABst", (), "sub"),
         ({"RLL2SRV_TCONST": 0.5}, "NavRoll", (), "plane"),

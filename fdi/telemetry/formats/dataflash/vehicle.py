@@ -24,7 +24,7 @@ _MAKERS: Final = {
 }
 _OWN_PARAMETERS: Final = {
     **{"JS_GAIN_DEFAULT": "sub", "RLL2SRV_TCONST": "plane", "ATC_STR_RAT_P": "rover"},
-    **{"ATC_RAT_RLL_P": "quad", "RATE_RLL_P": "quad"},
+    **{"ATC_RAT_RLL_P": "quad", "RATE_RLL_P": "quad", "MOT_SPIN_ARM": "quad"},
 }
 """In this order: submarines have the copters' controllers of rates."""
 _OWN_FIELDS: Final = {"NavRoll": "plane", "ABst": "quad", "AngBst": "quad"}
