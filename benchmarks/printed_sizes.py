@@ -20,6 +20,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
+import numpy as np
 from evaluation import LABELS
 
 from fdi.chain import residuals_of
@@ -92,6 +93,21 @@ def into(log: Log, channels: Sequence[str], change: float, start: float, folder:
     return path
 
 
+def of_channel(
+    change: float, one: WouldShow, channels: Sequence[str], log: Log, air: tuple[float, float]
+) -> float:
+    """Return a change in the unit of the channels: of a level, that of what it is a level of.
+
+    By the medians in the air, the largest of them: the level of no channel rises by less there.
+    """
+    if one.unit != "dB":
+        return change
+    told = [log.channel(name) for name in channels]
+    inside = [one.value[(one.t >= air[0]) & (one.t < air[1])] for one in told]
+    usual = max(float(np.nanmedian(values)) for values in inside)
+    return (1.0 + usual) * (10.0 ** (change / 20.0) - 1.0)
+
+
 def groups(one: WouldShow, component: str, system: System) -> Iterator[tuple[str, list[str]]]:
     """Yield the channel of a size, and all channels of its part that show the same unit."""
     own = {
@@ -124,7 +140,9 @@ def put_in(paths: Sequence[Path]) -> None:
                         change = sign * times * one.size
                         with TemporaryDirectory() as folder:
                             try:
-                                own = into(log, channels, change, (low + high) / 2, Path(folder))
+                                start = (low + high) / 2
+                                put = of_channel(change, one, channels, log, (start, high))
+                                own = into(log, channels, put, start, Path(folder))
                                 _, then, said = analysed(own)
                             except FdiError as error:
                                 print(f"{path.name} {one.fault}: {error}", file=sys.stderr)
