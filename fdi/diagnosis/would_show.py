@@ -226,13 +226,28 @@ def _to_threshold(row: int, one: float, moved: Moved, sight: Sight) -> float:
         for share in (MOSTLY, 0.5)
     )
     count = max(1, round(alarms.use.mean_s * alarms.residuals.signals.rate_hz))
-    single = alarms.threshold[row, sight.span]
+    floor = _of_a_constant(row, sight)
+    single = np.maximum(alarms.threshold[row, sight.span], floor)
     mean = alarms.mean_threshold[row, sight.span] + alarms.allowed[row, sight.span]
+    mean = np.maximum(mean, floor)
     moved_mean = np.abs(trailing_mean(move[None], count, 1)[0])
     return one * min(
         _mostly(_ratio(single + spare, np.abs(move))),
         _mostly(_ratio(mean + steady, moved_mean)),
     )
+
+
+def _of_a_constant(row: int, sight: Sight) -> Floats:
+    """Return the size, (n,), from which on a change is not taken for the test's own constant.
+
+    That of a fault which fills most of the flight's beginning would be, if it were smaller.
+    """
+    residuals = sight.alarms.residuals
+    if not (np.nan_to_num(residuals.allowance[row]) > 0).any():
+        return np.zeros(sight.span.size)
+    spread = residuals.spread[row, sight.span]
+    tolerance = np.maximum(residuals.lasting[row, sight.span], sight.alarms.stray[row])
+    return np.asarray(tolerance + sight.alarms.use.sigmas * spread)
 
 
 def _left(spare: Floats, share: float) -> float:

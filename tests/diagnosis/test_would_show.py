@@ -108,6 +108,21 @@ def test_what_must_be_reached_is_the_lower_of_the_two_thresholds():
         assert sizes(given, "sun") == pytest.approx({"changes": size})
 
 
+@pytest.mark.parametrize(("allowance", "size"), [(0.0, 2.0), (1.0, 3.25)])
+def test_what_might_become_a_tests_own_constant_is_no_size(allowance, size):
+    """A fault in most of the beginning is its constant up to the tolerance and five deviations."""
+    alarms = alarms_of(bank_of(model(SHOWN)), {})
+    shape = alarms.state.shape
+    given = replace(
+        alarms.residuals,
+        allowance=np.full(shape, allowance),
+        spread=np.full(shape, 0.6),
+        tolerance=np.full(shape[0], 0.25),
+    )
+    assert alarms.use.sigmas == 5.0
+    assert sizes(replace(alarms, residuals=given), "sun") == pytest.approx({"changes": size})
+
+
 def test_what_health_has_off_its_centre_must_be_made_up_for():
     bank = bank_of(model(SHOWN))
     alarms = alarms_of(bank, {}, flights=FLOWN)
