@@ -165,12 +165,11 @@ def fastest(log: Log, sensor: Sensor) -> Samples | None:
     return max(found, key=lambda one: one.rate_hz, default=None)
 
 
-def motor_rates(log: Log) -> Iterator[tuple[str, Floats, Floats]]:
-    """Yield name, times (s) and turns a second of every motor whose controller tells them."""
+def motor_rates(log: Log) -> Iterator[tuple[Floats, Floats]]:
+    """Yield times (s) and turns a second of every motor whose controller tells them."""
     for key, message in log.messages.items():
         if key.startswith("ROTOR_") and "rpm" in message:
-            turns = np.abs(message.si("rpm")) / (2 * np.pi)
-            yield f"motor {key.removeprefix('ROTOR_')}", message.t, turns
+            yield message.t, np.abs(message.si("rpm")) / (2 * np.pi)
 
 
 def notches(log: Log) -> list[float]:

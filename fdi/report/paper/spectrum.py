@@ -1,8 +1,8 @@
 """At which frequencies did the vehicle shake, and when? A waterfall of every inertial sensor.
 
 Over it how fast the motors turn, by their controllers, and the fixed notch filters: a line that
-follows a motor is its propeller, one that stands still is a resonance, and a notch that no line
-meets takes out nothing.
+follows a motor is its propeller, one that stands still a resonance or an interference, and a notch
+that no line meets takes out nothing.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ FLOOR, TOP = 0.05, 0.999
 """Quantiles of the power between which its colours lie."""
 HINT: Final = {
     "ardupilot": "INS_LOG_BAT_MASK 1 records batches of raw samples",
-    "px4": "SDLOG_PROFILE bit 5 (sensor comparison) or 8 (high rate) records them faster",
+    "px4": "SDLOG_PROFILE bits 8 and 9 record the sensors' own buffers (raw FIFO high-rate IMU)",
 }
 
 
@@ -112,9 +112,9 @@ def _with_pauses(t: Floats, level: Floats) -> tuple[Floats, Floats]:
 
 def _overlay(ax: Any, one: Spectrum, analysis: Analysis) -> None:
     """Draw how fast motors turn, folded where sampling is too slow for it, and notch filters."""
-    for name, t, turns in motor_rates(analysis.log):
+    for t, turns in motor_rates(analysis.log):
         folded = np.abs((turns + one.rate_hz / 2) % one.rate_hz - one.rate_hz / 2)
-        ax.plot(t, folded, color="white", linewidth=0.4, alpha=0.8, label=name)
+        ax.plot(t, folded, color="white", linewidth=0.4, alpha=0.8)
     for hz in notches(analysis.log):
         if hz < one.hz[-1]:
             ax.axhline(hz, color="#63b3ed", linestyle=":", linewidth=0.8)
