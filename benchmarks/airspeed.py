@@ -28,6 +28,8 @@ from fdi.telemetry import Log, read
 
 SCALES = (0.6, 0.7, 0.8, 1.2, 1.3, 1.4)
 TURNS_DEG = 90.0
+PRESENT = "onboard_control_sensors_present"
+SENSOR = 1 << 4  # MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE
 SLOW = 5.0  # m/s over ground: below, the course tells nothing
 
 
@@ -114,6 +116,9 @@ def _has_sensor(log: Log) -> bool:
     """Whether a plane's log shows an airspeed that a sensor measured."""
     shown = log.messages.get("AIRSPEED", log.messages.get("VFR_HUD"))
     if log.vehicle not in ("plane", "vtol") or shown is None or "airspeed" not in shown:
+        return False
+    told = log.messages.get("SYS_STATUS")  # of DataFlash and ULog none: what they show was measured
+    if told is not None and PRESENT in told and not np.any(told.si(PRESENT).astype(int) & SENSOR):
         return False
     return bool(np.nanmax(shown.si("airspeed"), initial=0.0) > SLOW)
 

@@ -17,6 +17,7 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``turned.py``: by what angle a compass is turned about the vertical, without a heading
 - ``agreement.py``: do compasses point the same way before take-off?
 - ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
+- ``witnesses.py``: which compass is wrong by itself, where others fit with the same attitude
 - ``mounting.py``: accelerometers and gyroscopes
 - ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down
 - ``interval.py``: how far may be off what was measured

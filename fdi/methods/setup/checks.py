@@ -19,6 +19,7 @@ from fdi.methods.setup.mounting import check_mounting
 from fdi.methods.setup.surfaces import check_surfaces
 from fdi.methods.setup.thrust import check_thrust
 from fdi.methods.setup.values import Check
+from fdi.methods.setup.witnesses import decided
 from fdi.telemetry import Log
 
 CHECKS: Final[tuple[Callable[[Log], Iterator[Check]], ...]] = (
@@ -58,4 +59,4 @@ def check_setup(log: Log) -> tuple[Check, ...]:
             where=log.name,
             hint=f"needed: {', '.join(_NEEDED)}",
         )
-    return tuple(check for look in CHECKS for check in look(log))
+    return decided(tuple(check for look in CHECKS for check in look(log)))

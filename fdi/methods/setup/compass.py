@@ -34,6 +34,10 @@ from fdi.telemetry.message import Floats
 
 COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
 _FIELDS: Final = ("xmag", "ymag", "zmag")
+MISSES: Final = "miss_as_set_deg"
+"""Of the numbers of a compass' check, by what angle its readings miss the Earth's field."""
+ATTITUDE: Final = ("estimator",)
+"""Who tells how the readings lie in earth axes: what a check rests on that its error would show."""
 _WELL: Final = np.radians(10.0)
 """Another orientation fits: nine in ten compasses that are in order miss by less than 8 degrees."""
 _HALF: Final = 0.5
@@ -105,7 +109,7 @@ def as_used(check: Check, log: Log, number: int) -> Check:
     if is_used(log, number):
         return check
     text = f"{check.text} (the autopilot does not use it)"
-    return replace(check, verdict="not known", text=text, strikes=False)
+    return replace(check, verdict="not known", text=text, strikes=False, rests_on=())
 
 
 def earth_field(log: Log) -> Floats | None:
@@ -180,7 +184,7 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting
     off = by_parts(lambda some: _root_mean_square(told.misses[some]), len(field), 0.0)
     with_best, with_next = (float(np.degrees(fit.miss)) for fit in (best, rival))
     numbers = {
-        **numbers_of("miss_as_set_deg", off, float(np.degrees(1))),
+        **numbers_of(MISSES, off, float(np.degrees(1))),
         "miss_best_deg": with_best,
         "miss_next_deg": with_next,
         "field_mgauss": strength * 1e7,
@@ -201,8 +205,9 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting
             return Check(name, "wrong", f"it is turned: {better}", numbers, settings)
         return Check(name, "not known", f"it may be turned: {better}", numbers, strikes=True)
     open_to = f"with {how} {with_best:.0f}, with {rival.rotation.name} {with_next:.0f}"
-    text = f"{as_set}, and no one orientation stands out ({open_to}): the attitude may be wrong"
-    return Check(name, "not known", text, numbers, strikes=bool(off.least > FITS))
+    text = f"{as_set}, and no one orientation stands out ({open_to})"
+    strikes = bool(off.least > FITS)
+    return Check(name, "not known", text, numbers, strikes=strikes, rests_on=ATTITUDE)
 
 
 def _fits_as_set(name: str, as_set: str, told: Fit, rival: Fit, numbers: dict[str, float]) -> Check:
