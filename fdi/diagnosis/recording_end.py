@@ -6,7 +6,7 @@ against those before; what a recorder of this kind stops for is told as what it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -23,6 +23,9 @@ MOST_TEXTS: Final = 3
 _KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
 _MINUTE_S: Final = 60.0
 _SYNC_S: Final = 1.0
+TOGETHER_S: Final = 2.0
+"""What is that near together stopped together: a heartbeat comes once a second, and a recorder on
+board may lose as much."""
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
 _KINDS: Final = {
@@ -51,19 +54,58 @@ class _Held(NamedTuple):
 def recording_end(log: Log) -> tuple[Fact, ...]:
     """Return what is known of why an autopilot ceased or the recording does, in flight."""
     ceased = tuple(_ceased(log, end) for end in log.ends if end.how == "restarted")
+    stopped = tuple(_stopped(log))
     if not any(end.how in _OPEN for end in log.ends[-1:]):
-        return ceased
+        return (*ceased, *stopped)
     stop = log.span[1]
     told = supplies(log.messages, stop)
     power = _power(told)
-    other = _KINDS.get(log.format, "")
+    last = max(log.recordings, key=lambda one: one.end, default=log)
+    other = _KINDS.get(last.format, "")
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
     unwritten, *buffered = _unwritten(log, stop) or ("",)
-    text = "; ".join(filter(None, (text, other, unwritten)))
-    return (*ceased, Fact(ENDING, text, records=(*(one.record() for one in told), *buffered)))
+    text = "; ".join(filter(None, (text, other, _all_stop(log), unwritten)))
+    records = (*(one.record() for one in told), *buffered)
+    return (*ceased, *stopped, Fact(ENDING, text, records=records))
+
+
+def _stopped(log: Log) -> Iterator[Fact]:
+    """Yield each of several recordings that stops in flight while another one goes on."""
+    last = max(log.recordings, key=lambda one: one.end, default=None)
+    for one in log.recordings:
+        assert last is not None
+        on = last.end - one.end
+        if on <= TOGETHER_S + one.uncertainty + last.uncertainty or not _flies(log, one.end):
+            continue
+        records = tuple(f"{each.name}: last record at log {each.end:.1f} s" for each in (one, last))
+        why = "the link or the ground station" if one.format == "tlog" else "its recorder"
+        text = (
+            f"the recording {one.name} stops in flight (log {one.end:.1f} s), and {last.name} goes "
+            f"on for {on:.1f} s: {why} stopped, and the vehicle flew on"
+        )
+        yield Fact(ENDING, text, records=records)
+
+
+def _flies(log: Log, t: float) -> bool:
+    return any(f.flew and f.airborne[0] <= t < f.airborne[1] - TOGETHER_S for f in log.flights)
+
+
+def _all_stop(log: Log) -> str:
+    """Return what it says that recorders of several kinds stop at once."""
+    if len(log.recordings) < 2:
+        return ""
+    ends = [one.end for one in log.recordings]
+    unsure = max(one.uncertainty for one in log.recordings)
+    kinds = {one.format == "tlog" for one in log.recordings}
+    if len(kinds) < 2 or max(ends) - min(ends) > TOGETHER_S + unsure:
+        return ""
+    return (
+        f"the recording on board and that of the telemetry stop within {max(ends) - min(ends):.1f} "
+        "s of each other: both need the autopilot and its power"
+    )
 
 
 def _unwritten(log: Log, stop: float) -> tuple[str, str] | None:

@@ -98,6 +98,7 @@ def log_facts(log: Log) -> dict[str, Any]:
                 "offset_s": number(one.offset),
                 "uncertainty_s": number(one.uncertainty),
                 "placed_by": one.placed_by,
+                "end_s": number(one.end),
                 "messages": list(one.messages),
                 "added": {key: list(fields) for key, fields in one.added.items()},
             }

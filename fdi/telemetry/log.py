@@ -115,6 +115,8 @@ class Recording:
         s, 95 %.
     placed_by : str
         What tells the offset: ``first`` (its clock is the log's), ``boot``, ``signals``.
+    end : float
+        s, of its last record, on the log's clock.
     messages : tuple of str
         Keys of the messages that are its.
     added : Mapping[str, tuple of str]
@@ -128,6 +130,7 @@ class Recording:
     offset: float
     uncertainty: float
     placed_by: str
+    end: float
     messages: tuple[str, ...]
     added: Mapping[str, tuple[str, ...]]
 

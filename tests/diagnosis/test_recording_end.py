@@ -8,7 +8,8 @@ import pytest
 from fdi.diagnosis.recording_end import recording_end
 from fdi.telemetry import log_from_columns
 from fdi.telemetry.ends import FlightEnd
-from fdi.telemetry.events import Event
+from fdi.telemetry.events import Event, Flight
+from fdi.telemetry.log import Recording
 
 T = np.arange(0.0, 60.0, 0.5)
 
@@ -93,3 +94,42 @@ def test_nothing_is_told_of_a_buffer_that_nobody_knows():
     assert "missing" not in buffered(whole - 2_000, whole - 24_000, form="ulog")
     assert "missing" not in buffered(whole - 2_000, whole - 24_000, size=0.0)
     assert "missing" not in buffered(2 * whole, whole)  # more is free than there is
+
+
+def joined(flew=True, how="landed", uncertainty=0.1, **ends: float):
+    """Return a log of several recorders, named by their formats, that stop at these times."""
+    recordings = tuple(
+        Recording(f"a.{form}", form, 1, "", 0.0, uncertainty, "boot", end, (), {})
+        for form, end in ends.items()
+    )
+    flight = Flight(0.0, 59.5, 5.0 if flew else None, 50.0 if flew else None, flew=flew)
+    made = log(how)
+    cache = {**made._cache, "flights": (flight,)}
+    return recording_end(replace(made, recordings=recordings, _cache=cache))
+
+
+@pytest.mark.parametrize(
+    ("stops", "goes_on", "why"),
+    [("ulog", "tlog", "its recorder stopped"), ("tlog", "dataflash", "the link or the ground")],
+)
+def test_a_recorder_that_stops_in_flight_while_another_goes_on_is_told(stops, goes_on, why):
+    (fact,) = joined(**{stops: 30.0, goes_on: 59.5})
+    assert fact.text.startswith(f"the recording a.{stops} stops in flight (log 30.0 s), and")
+    assert f"a.{goes_on} goes on for 29.5 s: {why}" in fact.text
+    assert fact.records[0] == f"a.{stops}: last record at log 30.0 s"
+
+
+@pytest.mark.parametrize("end", [55.0, 48.5])  # after landing, and as near as a recorder loses
+def test_a_recorder_that_stops_after_the_flight_is_not_told(end):
+    assert joined(ulog=end, tlog=59.5) == ()
+    assert joined(flew=False, ulog=30.0, tlog=59.5) == ()
+
+
+@pytest.mark.parametrize(
+    ("ends", "told"),
+    [({"ulog": 58.5, "tlog": 59.5}, True), ({"ulog": 57.0, "tlog": 59.5}, False),
+     ({"ulog": 59.5}, False), ({"dataflash": 59.0, "ulog": 59.5}, False)],
+)  # fmt: skip
+def test_that_both_kinds_stop_at_once_speaks_for_what_both_need(ends, told):
+    *_, fact = joined(how="in_air", **ends)
+    assert ("both need the autopilot and its power" in fact.text) == told

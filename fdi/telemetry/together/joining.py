@@ -183,6 +183,7 @@ def _recordings(
             offset=one.offset,
             uncertainty=0.0 if one.placement is None else one.placement.uncertainty,
             placed_by="first" if one.placement is None else one.placement.clue,
+            end=one.log.span[1] + one.offset,
             messages=tuple(key for key in messages if taken[key].chosen == position),
             added={
                 key: taken[key].fields.get(position, ())
