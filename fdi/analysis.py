@@ -57,7 +57,7 @@ class _Watch:
 
 
 def analyze(
-    path: str | Path | Sequence[str | Path],
+    path: str | Path | Log | Sequence[str | Path | Log],
     *,
     model: str | Path | Airframe = "auto",
     policy: str | Path = "default",
@@ -74,9 +74,9 @@ def analyze(
 
     Parameters
     ----------
-    path : str or Path, or several
-        The log; of several logs of one flight, by several recorders, the better channel of each is
-        used, on the clock of the first.
+    path : str, Path or Log, or several
+        The log, or the file that holds it; of several logs of one flight, by several recorders,
+        the better channel of each is used, on the clock of the first.
     model : str, Path or Airframe
         A shipped model, a file, one that was loaded, or ``auto``: by the type of the vehicle.
     policy : str or Path
@@ -92,7 +92,7 @@ def analyze(
     recovered : str or Path, optional
         What ``fdi heading --recover`` wrote of this log, used in place of the block that failed.
     system : int, optional
-        Which vehicle of the log, by its MAVLink system id.
+        Which vehicle of the files, by its MAVLink system id.
     command : sequence of str
         What the user called, for the record.
     progress : callable, optional
@@ -120,8 +120,8 @@ def analyze(
         recipe = load_policy(policy).resample(window=window, rate_hz=rate).within(budget)
         recipe = recipe.using(methods)
     with watch.stage("read", 0.05):
-        paths = [path] if isinstance(path, (str, Path)) else path
-        log = join([read(one, system=system) for one in paths])
+        given = [path] if isinstance(path, (str, Path, Log)) else path
+        log = join([one if isinstance(one, Log) else read(one, system=system) for one in given])
         if recovered is not None:
             log = with_recovered(log, recovered)
     _check_window(window, log)
