@@ -234,7 +234,7 @@ class Log:
 
     def believing(self) -> Log:
         """Return the log with inputs that it does not bear out unknown (`inputs` says which)."""
-        messages, judge = believed(self.messages, self.reported)
+        messages, judge = believed(self.messages, self.reported, wings=self._wings != "none")
         return replace(self, messages=messages, judge=judge, _cache={})
 
     @property
@@ -255,9 +255,13 @@ class Log:
         """What the vehicle did, stretch by stretch: it stands, flies, lies on its side."""
         return find_stretches(self._course())
 
+    @property
+    def _wings(self) -> Wings:
+        return "none" if self.frame else _WINGS.get(self.vehicle, "none")  # a frame: Y6 and such
+
     def _course(self) -> Course:
         if "course" not in self._cache:
-            wings: Wings = "none" if self.frame else _WINGS.get(self.vehicle, "none")  # Y6 and such
+            wings = self._wings
             rejected = [one for one in self.inputs if one.believed is False]
             # rotors do not stay up by an attitude that is far off
             may_fly = wings != "none" or not any(one.levels for one in rejected)

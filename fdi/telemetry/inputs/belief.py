@@ -36,7 +36,7 @@ _JUDGED: Final = {
 
 
 def believed(
-    messages: Mapping[str, Message], reported: Sequence[Event]
+    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool = True
 ) -> tuple[dict[str, Message], Judge]:
     """Return the messages with what is not believed of them unknown, and what was judged of them.
 
@@ -46,12 +46,14 @@ def believed(
         By key, in MAVLink's words.
     reported : sequence of Event
         Arming and modes.
+    wings : bool
+        Whether wings may carry the vehicle; else rotors alone do.
     """
     known = dict(messages)
 
     @cache
     def judge() -> tuple[Judged, ...]:
-        return tuple(_judge(messages, reported))
+        return tuple(_judge(messages, reported, wings=wings))
 
     @cache
     def unbelieved() -> dict[_Field, Mask]:
@@ -83,12 +85,14 @@ def _of(unbelieved: Callable[[], dict[_Field, Mask]], field: _Field) -> Mask | N
     return unbelieved().get(field)
 
 
-def _judge(messages: Mapping[str, Message], reported: Sequence[Event]) -> Iterator[Judged]:
+def _judge(
+    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool
+) -> Iterator[Judged]:
     armed = _armed(reported)
     yield from judge_outputs(messages, armed)
     yield from judge_attitude(messages, armed)
     yield from judge_velocity(messages, armed)
-    yield from judge_demands(messages, reported)
+    yield from judge_demands(messages, reported, wings=wings)
     yield from judge_batteries(messages, armed)
 
 

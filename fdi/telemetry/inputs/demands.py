@@ -5,7 +5,8 @@ the demand is somebody's. One that the controller does not read (a set point of 
 not fly) moves, and the vehicle does not: by it a sound controller fails from the beginning on.
 
 The trap: a controller that fails later does not follow either, so only the first half of the time
-in motion is asked, and both axes, of which a surface that is stuck leaves one.
+in motion is asked, and both axes, of which a surface that is stuck leaves one. Rotors roll and
+pitch a vehicle by the same means: there one axis is enough, if it is missed by more than it moves.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ motion at all misses by as much as the demand moves. Of 100 logs those that foll
 times, those that do not by 4 to 45 times."""
 
 
-def judge_demands(messages: Mapping[str, Message], reported: Sequence[Event]) -> Iterator[Judged]:
+def judge_demands(
+    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool
+) -> Iterator[Judged]:
     """Yield what is to be said of the demanded attitude.
 
     Parameters
@@ -38,6 +41,8 @@ def judge_demands(messages: Mapping[str, Message], reported: Sequence[Event]) ->
         By key, in MAVLink's words.
     reported : sequence of Event
         Arming and modes.
+    wings : bool
+        Whether wings may carry the vehicle; else rotors alone do.
     """
     demand, attitude = messages.get(_DEMAND), messages.get("ATTITUDE")
     if demand is None or attitude is None:
@@ -65,7 +70,8 @@ def judge_demands(messages: Mapping[str, Message], reported: Sequence[Event]) ->
         yield judged(name, demand, fields, None, "it hardly moves")
         return
     misses = [miss for miss in is_told if miss is not None]
-    if all(miss > move for miss, move in misses):
+    is_lost = not wings and any(miss > STRAYS * move for miss, move in misses)
+    if is_lost or all(miss > move for miss, move in misses):
         told = " and ".join(
             f"{axis} by {np.degrees(miss):.0f} degrees"
             for axis, (miss, _) in zip(_AXES, misses, strict=True)

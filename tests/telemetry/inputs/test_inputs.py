@@ -28,8 +28,8 @@ def flying(turns=1.0):
     return message("ATTITUDE", {"roll": SWINGS, "pitch": SWINGS, **rates})
 
 
-def judged(*messages):
-    found, judge = believed({m.key: m for m in messages}, ARMED)
+def judged(*messages, wings=True):
+    found, judge = believed({m.key: m for m in messages}, ARMED, wings=wings)
     return found, {one.name: one for one in inputs_of(judge())}
 
 
@@ -133,6 +133,16 @@ def test_a_fault_is_not_a_demand_of_nobody(fails):
     off = SWINGS + np.where({"one axis": 0.0, "later": 35.0}[fails] < T, 1.0, 0.0)
     _, told = judged(flying(), demand(off, SWINGS if fails == "one axis" else off))
     assert told["demanded attitude"].believed is True
+
+
+@pytest.mark.parametrize(
+    ("axis", "off", "used"), [(0, 1.0, False), (1, 1.0, False), (0, 0.1, True)]
+)
+def test_rotors_that_follow_about_one_axis_follow_about_both(axis, off, used):
+    both = [SWINGS, SWINGS]
+    both[axis] = SWINGS + off
+    _, told = judged(flying(), demand(*both), wings=False)
+    assert told["demanded attitude"].believed is used
 
 
 def test_a_demand_that_stands_still_is_not_judged():
