@@ -35,8 +35,10 @@ def _shows_the_attitude_right(check: Check) -> bool:
 
 
 def _beside(check: Check, fit: list[str]) -> Check:
-    if len(fit) < ENOUGH or not check.strikes:
+    if len(fit) < ENOUGH:
         return replace(check, text=f"{check.text}: the attitude may be wrong")
+    if not check.strikes:
+        return check
     others = f"{', '.join(fit[:-1])} and {fit[-1]}"
     text = f"{check.text}; {others} fit with the same attitude, so that it is this compass"
     return replace(check, verdict="wrong", text=text, strikes=False, rests_on=())

@@ -44,5 +44,4 @@ def test_a_compass_is_wrong_by_itself_where_two_others_fit(others, verdict):
 def test_one_that_may_yet_fit_is_not_wrong():
     unsure = Check("compass 3", "not known", "24 degrees off", rests_on=ATTITUDE)
     *_, one = decided((compass(1, 10.0), compass(2, 10.0), unsure))
-    assert one.verdict == "not known"
-    assert "the attitude may be wrong" in one.text
+    assert one == unsure
