@@ -37,6 +37,7 @@ from .edits import later, twice, until, with_garbage
 BEFORE_S = 1.0  # a prefix ends so long before the true onset
 SECONDS = 7.25  # later
 STEPS = (4.0, 16.0, 64.0)  # accuracies: sizes of a fault that grows
+LOST = 0.1  # of the records; recorders and links lose up to 6 % on recorded flights
 NOISE = 0.5  # accuracies, one sigma: with the sensor's own it is still within what is stated
 ORDERS = {"quad": [(2, 1, 4, 3), (3, 4, 1, 2)], "hexa": [(2, 1, 4, 3, 6, 5)]}
 """New numbers of the motors of a vehicle that is turned by half, and of a mirrored one."""
@@ -173,6 +174,14 @@ def removed(case: Case, folder: Path) -> None:
     assert not blamed, f"cleared, accused without the stream: {blamed}"
 
 
+def gaps(case: Case, folder: Path) -> None:
+    """A tenth of the records lost, one here and one there, accuses nobody else."""
+    log, rng = read(case.path), np.random.default_rng(1)
+    changes = {key: Change({}, rng.random(log[key].stamp.size) < LOST) for key in streams(log)}
+    new = accused(analysed(rewritten(log, changes), case, folder)) - accused(document_of(case.path))
+    assert not new, sorted(new)
+
+
 def streams(log: Log) -> list[str]:
     """Return the log's own messages that its model makes use of."""
     system = load_airframe(choose_model(log)).observe(log)
@@ -284,6 +293,7 @@ RELATIONS: dict[str, Asked] = {
     "two formats": Asked(two_formats, in_two_formats()),
     "swapped motors": Asked(motors, MOTORS),
     "removed stream": Asked(removed, FAULTY),
+    "lost records": Asked(gaps, (*HEALTHY, *FAULTY)),
     "scaled fault": Asked(scaled, HEALTHY),
     "added noise": Asked(noise, (*HEALTHY, *FAULTY)),
 }

@@ -129,6 +129,18 @@ def test_repeated_gps_fix_is_left_out_until_it_is_old(load):
     assert np.sum(gps.t > 11.5) > 35
 
 
+def test_a_fix_that_the_link_held_up_is_as_old_as_it_says(load):
+    def fix(at: float) -> bytes:
+        gps = mav.MAVLink_gps_raw_int_message(round(1e6 * (20 + at)), 3, 1, 2, 3, 100, 100, 0, 0, 9)
+        return record(6.5 if 5 < at < 6.5 else at, gps, sequence=round(5 * at))
+
+    kept = [p for p in BASE.records(until=20.0) if p[15] != 24]
+    mixed = sorted(kept + [fix(0.2 * k) for k in range(100)], key=lambda p: p[:8])
+    gps = load(b"".join(mixed))["GPS_RAW_INT"]
+    assert gps.t.size == 100
+    assert np.allclose(np.diff(gps.t), 0.2, atol=0.02)
+
+
 @pytest.mark.parametrize("messages", [(30,), None])
 def test_message_that_always_says_one_time_does_not_tell_it(load, messages):
     """ATTITUDE comes most often; who has no clock fills in 0."""

@@ -23,6 +23,7 @@ _WRAP_US: Final = 2**32 / 1e6  # s: 32-bit microseconds, and micros() of ArduPil
 _WRAP_MS: Final = 2**32 / 1e3
 _OWN_TIME_SLACK_S: Final = 2.0  # a record's own time further from its neighbours' is another's
 _STALE_FIX_S: Final = 1.0  # a repeated fix older than this says that there is no new one
+_HELD_UP_S: Final = 10.0  # longer no link holds a packet back
 _APART_S: Final = 1e-6
 _UTC_US: Final = 1e15  # larger time_usec values are UTC, smaller ones count from boot
 
@@ -105,7 +106,8 @@ def _from_microseconds(
     """Return t from time_usec, and which records say something new; None: all do.
 
     For a GPS it is the time of the last fix: a record that repeats one is left out, until so much
-    time has passed that the repetition itself is the news (the fix is lost).
+    time has passed that the repetition itself is the news (the fix is lost). One that the next
+    record does not repeat was new, however long the link held it up.
     """
     micros = payloads.field("time_usec")
     is_fix = payloads.definition.name in ("GPS_RAW_INT", "GPS2_RAW")
@@ -119,5 +121,9 @@ def _from_microseconds(
         return t, None
     is_new = np.concatenate(([True], micros[1:] != micros[:-1]))
     since = created - created[np.maximum.accumulate(np.where(is_new, np.arange(t.size), 0))]
-    is_stale = np.maximum(created - t, since) > _STALE_FIX_S
+    age = created - t
+    is_stale = np.maximum(age, since) > _STALE_FIX_S
+    if np.median(age[is_new]) <= _STALE_FIX_S:  # else its clock is none of the vehicle's
+        is_next_newer = np.append(micros[1:] > micros[:-1], False)
+        is_stale &= ~(is_new & is_next_newer & (age < _HELD_UP_S))
     return np.where(is_new & ~is_stale, t, created), is_new | is_stale
