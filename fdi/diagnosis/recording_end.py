@@ -23,9 +23,6 @@ MOST_TEXTS: Final = 3
 _KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
 _MINUTE_S: Final = 60.0
 _SYNC_S: Final = 1.0
-TOGETHER_S: Final = 2.0
-"""What is that near together stopped together: a heartbeat comes once a second, and a recorder on
-board may lose as much."""
 _OPEN: Final = ("in_air", "control_lost")
 """Ends without the ground."""
 _KINDS: Final = {
@@ -78,7 +75,7 @@ def _stopped(log: Log) -> Iterator[Fact]:
     for one in log.recordings:
         assert last is not None
         on = last.end - one.end
-        if on <= TOGETHER_S + one.uncertainty + last.uncertainty or not _flies(log, one.end):
+        if on <= LAST_S + one.uncertainty + last.uncertainty or not _flies(log, one.end):
             continue
         records = tuple(f"{each.name}: last record at log {each.end:.1f} s" for each in (one, last))
         why = "the link or the ground station" if one.format == "tlog" else "its recorder"
@@ -90,7 +87,7 @@ def _stopped(log: Log) -> Iterator[Fact]:
 
 
 def _flies(log: Log, t: float) -> bool:
-    return any(f.flew and f.airborne[0] <= t < f.airborne[1] - TOGETHER_S for f in log.flights)
+    return any(f.flew and f.airborne[0] <= t < f.airborne[1] - LAST_S for f in log.flights)
 
 
 def _all_stop(log: Log) -> str:
@@ -100,7 +97,7 @@ def _all_stop(log: Log) -> str:
     ends = [one.end for one in log.recordings]
     unsure = max(one.uncertainty for one in log.recordings)
     kinds = {one.format == "tlog" for one in log.recordings}
-    if len(kinds) < 2 or max(ends) - min(ends) > TOGETHER_S + unsure:
+    if len(kinds) < 2 or max(ends) - min(ends) > LAST_S + unsure:
         return ""
     return (
         f"the recording on board and that of the telemetry stop within {max(ends) - min(ends):.1f} "

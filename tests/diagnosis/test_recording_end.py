@@ -127,7 +127,7 @@ def test_a_recorder_that_stops_after_the_flight_is_not_told(end):
 
 @pytest.mark.parametrize(
     ("ends", "told"),
-    [({"ulog": 58.5, "tlog": 59.5}, True), ({"ulog": 57.0, "tlog": 59.5}, False),
+    [({"ulog": 58.5, "tlog": 59.5}, True), ({"ulog": 56.0, "tlog": 59.5}, False),
      ({"ulog": 59.5}, False), ({"dataflash": 59.0, "ulog": 59.5}, False)],
 )  # fmt: skip
 def test_that_both_kinds_stop_at_once_speaks_for_what_both_need(ends, told):
