@@ -117,8 +117,12 @@ def _has_sensor(log: Log) -> bool:
     shown = log.messages.get("AIRSPEED", log.messages.get("VFR_HUD"))
     if log.vehicle not in ("plane", "vtol") or shown is None or "airspeed" not in shown:
         return False
-    told = log.messages.get("SYS_STATUS")  # of DataFlash and ULog none: what they show was measured
-    if told is not None and PRESENT in told and not np.any(told.si(PRESENT).astype(int) & SENSOR):
+    told = log.messages.get("SYS_STATUS")
+    if told is None or PRESENT not in told:  # DataFlash, ULog: an own message; others may estimate
+        is_fitted = "AIRSPEED" in log.messages
+    else:
+        is_fitted = bool(np.any(told.si(PRESENT).astype(int) & SENSOR))
+    if not is_fitted:
         return False
     return bool(np.nanmax(shown.si("airspeed"), initial=0.0) > SLOW)
 

@@ -14,6 +14,7 @@ import numpy as np
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
+from fdi.telemetry.log import Recording
 from fdi.telemetry.message import Floats
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
@@ -57,25 +58,30 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     stop = log.span[1]
     told = supplies(log.messages, stop)
     power = _power(told)
-    last = max(log.recordings, key=lambda one: one.end, default=log)
-    other = _KINDS.get(last.format, "")
+    form = _last(log.recordings).format if log.recordings else log.format
+    other = _KINDS.get(form, "")
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
-    unwritten, *buffered = _unwritten(log, stop) or ("",)
+    unwritten, *buffered = _unwritten(log, form, stop) or ("",)
     text = "; ".join(filter(None, (text, other, _all_stop(log), unwritten)))
     records = (*(one.record() for one in told), *buffered)
     return (*ceased, *stopped, Fact(ENDING, text, records=records))
 
 
 def _stopped(log: Log) -> Iterator[Fact]:
-    """Yield each of several recordings that stops in flight while another one goes on."""
-    last = max(log.recordings, key=lambda one: one.end, default=None)
+    """Yield each of several recordings that stops in flight while another one goes on.
+
+    But one that ends as the autopilot does, of which `_ceased` tells.
+    """
+    ceased = [end.at for end in log.ends if end.how == "restarted"]
     for one in log.recordings:
-        assert last is not None
+        last = _last(log.recordings)
         on = last.end - one.end
         if on <= LAST_S + one.uncertainty + last.uncertainty or not _flies(log, one.end):
+            continue
+        if any(abs(at - one.end) <= LAST_S for at in ceased):
             continue
         records = tuple(f"{each.name}: last record at log {each.end:.1f} s" for each in (one, last))
         why = "the link or the ground station" if one.format == "tlog" else "its recorder"
@@ -84,6 +90,10 @@ def _stopped(log: Log) -> Iterator[Fact]:
             f"on for {on:.1f} s: {why} stopped, and the vehicle flew on"
         )
         yield Fact(ENDING, text, records=records)
+
+
+def _last(recordings: Sequence[Recording]) -> Recording:
+    return max(recordings, key=lambda one: one.end)
 
 
 def _flies(log: Log, t: float) -> bool:
@@ -105,9 +115,9 @@ def _all_stop(log: Log) -> str:
     )
 
 
-def _unwritten(log: Log, stop: float) -> tuple[str, str] | None:
+def _unwritten(log: Log, form: str, stop: float) -> tuple[str, str] | None:
     """Return how much an autopilot's recorder had not written yet, and the records that tell it."""
-    told_by = _HELD.get(log.format)
+    told_by = _HELD.get(form)
     held = None if told_by is None else told_by(log, stop - _MINUTE_S, stop)
     if held is None:
         return None

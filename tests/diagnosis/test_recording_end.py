@@ -55,7 +55,9 @@ def test_another_end_needs_no_reason(how):
     assert recording_end(log(how)) == ()
 
 
-def buffered(free: float, least: float, size: float = 200.0, form: str = "dataflash") -> str:
+def buffered(
+    free: float, least: float, size: float = 200.0, form: str = "dataflash", recordings=()
+) -> str:
     """Return the fact of a log whose recorder writes 20 kB a second."""
     second = np.arange(0.0, 60.0, 1.0)
     parts = {"DSF.Bytes": 20_000.0, "DSF.FAv": free, "DSF.FMn": least}
@@ -64,7 +66,8 @@ def buffered(free: float, least: float, size: float = 200.0, form: str = "datafl
     made = log_from_columns(columns)
     cache = {"ends": (FlightEnd(0, "in_air", 59.0),), "events": ()}
     told = {"LOG_FILE_BUFSIZE": size}
-    (fact,) = recording_end(replace(made, format=form, parameters=told, _cache=cache))
+    made = replace(made, format=form, parameters=told, recordings=recordings, _cache=cache)
+    (fact,) = recording_end(made)
     return fact.text
 
 
@@ -133,3 +136,29 @@ def test_a_recorder_that_stops_after_the_flight_is_not_told(end):
 def test_that_both_kinds_stop_at_once_speaks_for_what_both_need(ends, told):
     *_, fact = joined(how="in_air", **ends)
     assert ("both need the autopilot and its power" in fact.text) == told
+
+
+@pytest.mark.parametrize(("restarted", "facts"), [(30.5, 0), (45.0, 1)])
+def test_a_recorder_that_ends_with_its_autopilot_did_not_stop_alone(restarted, facts):
+    flight = Flight(0.0, 59.5, 5.0, 50.0, flew=True, restart=restarted + 2.0)
+    recordings = tuple(
+        Recording(f"a.{form}", form, 1, "", 0.0, 0.1, "boot", end, (), {})
+        for form, end in (("dataflash", 30.0), ("tlog", 59.5))
+    )
+    ends = (FlightEnd(0, "restarted", restarted), FlightEnd(0, "landed", 50.0))
+    made = replace(log(), recordings=recordings, _cache={"ends": ends, "flights": (flight,)})
+    told = [fact.text for fact in recording_end(made)]
+    assert sum("its recorder stopped" in text for text in told) == facts
+    assert sum("gave nothing" in text for text in told) == 1
+
+
+@pytest.mark.parametrize(("last", "told"), [("dataflash", True), ("tlog", False)])
+def test_what_was_not_written_is_asked_of_the_recorder_that_stops_last(last, told):
+    other = "tlog" if last == "dataflash" else "dataflash"
+    recordings = tuple(
+        Recording(f"a.{form}", form, 1, "", 0.0, 0.1, "boot", end, (), {})
+        for form, end in ((other, 40.0), (last, 59.0))
+    )
+    text = buffered(180_000.0, 150_000.0, recordings=recordings)
+    assert ("had not written yet" in text) == told
+    assert ("the link is lost or the ground station stops" in text) != told

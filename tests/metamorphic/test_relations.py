@@ -19,6 +19,7 @@ FEW = [
     *(("duplicates", PX4), ("garbage behind", PLANE), ("garbage behind", PX4)),
     *(("two formats", "sitl/plane/p20_engine_stop.tlog"), ("swapped motors", HEXA)),
     *(("swapped motors", "triplex/comm_fail/instance_0.ulg"), ("added noise", PLANE)),
+    *(("lost records", COPTER), ("lost records", PX4)),
 ]
 
 

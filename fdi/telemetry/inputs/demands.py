@@ -27,7 +27,9 @@ TOLD: Final = float(np.radians(2.0))
 STRAYS: Final = 2.0
 """Times of the attitude's own motion, that it misses a demand which somebody follows at worst: no
 motion at all misses by as much as the demand moves. Of 100 logs those that follow miss by 0 to 1.7
-times, those that do not by 4 to 45 times."""
+times, those that do not by 4 to 45 times. On rotors twice as much about one axis is enough: of
+382 logs (all in sight) those of one vehicle, which another controller flies, miss about the worse
+axis by up to 14 times, where both are told, all others by up to 1.6."""
 
 
 def judge_demands(
