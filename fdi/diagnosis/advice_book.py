@@ -125,6 +125,8 @@ class Rule:
         Its names, ``|`` between.
     is_, lacks : tuple of float
         It applies at one of these values; at none of these.
+    bits : tuple of int
+        It applies where one of these bits of a mask is set.
     lacks_bit : int or None
         It applies where this bit of a mask that is not 0 is missing.
     while_, unless : mapping
@@ -141,6 +143,7 @@ class Rule:
     vehicles: tuple[str, ...] = ()
     is_: tuple[float, ...] = ()
     lacks: tuple[float, ...] = ()
+    bits: tuple[int, ...] = ()
     lacks_bit: int | None = None
     while_: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     unless: Mapping[str, tuple[float, ...]] = field(default_factory=dict)

@@ -78,7 +78,7 @@ def safety_net(log: Log) -> tuple[Gap, ...]:
 
 
 def mistakes(log: Log) -> tuple[Fact, ...]:
-    """Return what of it is beyond doubt, as facts of a flight; no failures, so nothing is wrong."""
+    """Return what of it is hardly meant, as facts of a flight; no failures, so nothing is wrong."""
     return tuple(
         Fact("safety net", gap.words()) for gap in safety_net(log) if gap.word == "mistake"
     )
@@ -105,6 +105,8 @@ def _applies(rule: Rule, name: str, log: Log) -> bool:
         return False
     if any(values.get(other) in told for other, told in rule.unless.items()):
         return False
+    if rule.bits:
+        return value > 0 and any(int(value) >> bit & 1 for bit in rule.bits)
     if rule.lacks_bit is not None:
         return value > 0 and not int(value) >> rule.lacks_bit & 1
     return value not in rule.lacks if rule.lacks else value in rule.is_
@@ -151,8 +153,10 @@ def _outputs(log: Log) -> Iterator[Gap]:
         names.sort(key=len)  # parameters come by name, SERVO10 before SERVO9
     for motor, names in sorted(outputs.items()):
         for name in names[1:]:
-            means = f"a second output of motor {motor}, as {names[0]} is"
-            yield Gap("mistake", name, log.parameters[name], means, *_page("ap_motors"))
+            means = f"a second output of motor {motor}, as {names[0]} is; rarely meant so"
+            yield Gap("mistake", name, log.parameters[name], means, *_page("ap_outputs"))
+    if _kind(log) != "copter":  # other programs have frames of their own
+        return
     frame = log.parameters.get("FRAME_CLASS", 0.0)
     lacking = [motor for motor in _FRAMES.get(int(frame), ()) if motor not in outputs]
     if outputs and lacking and _has_all_outputs(log.parameters):
@@ -182,7 +186,9 @@ def _silent_compasses(log: Log) -> Iterator[Gap]:
 
 def _notches(log: Log) -> Iterator[Gap]:
     """Yield the filters that follow motors whose speed nothing tells."""
-    tells = any(key.startswith(("ESC_TELEMETRY", "ROTOR_")) or key == "ESC" for key in log.messages)
+    tells = any(
+        key.startswith(("ESC_TELEMETRY", "ROTOR_", "ESC[")) or key == "ESC" for key in log.messages
+    )
     if log.format != "dataflash" or tells:  # a telemetry link leaves out what is there
         return
     for name, value in log.parameters.items():

@@ -109,7 +109,7 @@ def test_every_entry_has_a_page_that_anybody_can_read() -> None:
 
 
 def test_no_source_is_without_an_entry() -> None:
-    used = {entry.source for entry in BOOK.entries()} | {"fdi_verdict", "ap_notch"}
+    used = {entry.source for entry in BOOK.entries()} | {"fdi_verdict", "ap_notch", "ap_outputs"}
     used |= {rule.source for rule in BOOK.net.values()}
     assert set(BOOK.sources) == used
 

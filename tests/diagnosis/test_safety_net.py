@@ -29,7 +29,9 @@ def test_every_rule_names_a_page_and_says_when_it_applies():
     assert len(book.net) > 30
     for rule in book.net.values():
         assert book.sources[rule.source].address.startswith("https://")
-        assert bool(rule.is_) + bool(rule.lacks) + (rule.lacks_bit is not None) == 1
+        assert (
+            bool(rule.is_) + bool(rule.lacks) + bool(rule.bits) + (rule.lacks_bit is not None) == 1
+        )
 
 
 @pytest.mark.parametrize(
@@ -54,6 +56,30 @@ def test_every_rule_names_a_page_and_says_when_it_applies():
         ({"BATT_FS_LOW_ACT": 0, "BATT_MONITOR": 0}, "quad", [("note", "BATT_MONITOR")]),
         ({"FENCE_ENABLE": 1, "FENCE_ACTION": 0}, "quad", [("risk", "FENCE_ACTION")]),
         ({"FENCE_ENABLE": 0, "FENCE_ACTION": 0}, "quad", [("note", "FENCE_ENABLE")]),
+        ({"FENCE_ENABLE": 0, "FENCE_AUTOENABLE": 3}, "quad", []),  # on while it is armed
+        ({"BATT_FS_CRT_ACT": 0, "BATT_FS_LOW_ACT": 2}, "quad", []),  # it came down before
+        ({"BATT_FS_CRT_ACT": 0}, "quad", [("note", "BATT_FS_CRT_ACT")]),
+        (
+            {"BATT_FS_CRT_ACT": 1, "BATT_CRT_VOLT": 0, "BATT_CRT_MAH": 0},
+            "quad",
+            [("risk", "BATT_CRT_VOLT")],
+        ),
+        ({"BATT_CRT_VOLT": 0, "BATT_CRT_MAH": 500}, "quad", []),
+        ({"BATT2_FS_LOW_ACT": 0, "BATT2_MONITOR": 4}, "quad", [("note", "BATT2_FS_LOW_ACT")]),
+        ({"BATT_CAPACITY": 0, "BATT_MONITOR": 4}, "quad", [("note", "BATT_CAPACITY")]),
+        ({"BATT_CAPACITY": 0, "BATT_MONITOR": 8}, "quad", []),  # the battery tells its charge
+        ({"FS_LONG_ACTN": 0, "THR_FAILSAFE": 1}, "plane", [("note", "FS_LONG_ACTN")]),
+        ({"FS_LONG_ACTN": 0, "THR_FAILSAFE": 1, "FS_SHORT_ACTN": 1}, "plane", []),
+        ({"ARMING_REQUIRE": 0}, "plane", [("risk", "ARMING_REQUIRE")]),
+        ({"ARMING_REQUIRE": 0}, "quad", []),
+        ({"FS_EKF_THRESH": 0}, "rover", [("risk", "FS_EKF_THRESH")]),
+        ({"FS_LEAK_ENABLE": 1}, "sub", [("risk", "FS_LEAK_ENABLE")]),  # warns only
+        ({"FS_LEAK_ENABLE": 2}, "sub", []),
+        ({"FS_GCS_ENABLE": 1}, "sub", [("note", "FS_GCS_ENABLE")]),
+        ({"FS_GCS_ENABLE": 1}, "quad", []),  # there it comes home
+        ({"FS_PILOT_INPUT": 0, "FS_THR_ENABLE": 1}, "sub", []),
+        ({"FS_EKF_ACTION": 2}, "rover", [("risk", "FS_EKF_ACTION")]),
+        ({"COMPASS_USE": 0, "COMPASS_USE2": 0, "COMPASS_USE3": 0}, "plane", []),
         ({"COMPASS_USE": 0, "COMPASS_USE2": 1, "COMPASS_USE3": 0}, "quad", []),
         (
             {"COMPASS_USE": 0, "COMPASS_USE2": 0, "COMPASS_USE3": 0, "EK3_SRC1_YAW": 1},
@@ -75,14 +101,44 @@ def test_a_setting_counts_for_whom_it_matters(values, vehicle, right):
 @pytest.mark.parametrize(
     ("firmware", "right"),
     [
-        ("ArduCopter V4.6.3 (8264a9b4)", [("risk", "FS_EKF_ACTION")]),
+        ("ArduCopter V4.7.0 (8264a9b4)", [("risk", "FS_EKF_ACTION")]),
         ("ArduCopter V4.10.0", [("risk", "FS_EKF_ACTION")]),
-        ("ArduCopter V4.5.7", []),  # there 0 lands
+        ("ArduCopter V4.6.3", []),  # there 0 lands
         (None, []),
     ],
 )
 def test_what_holds_for_some_versions_is_said_of_those(firmware, right):
     assert told({"FS_EKF_ACTION": 0}, firmware=firmware) == right
+
+
+@pytest.mark.parametrize(
+    ("options", "right"),
+    [(1, [("note", "FS_OPTIONS")]), (6, [("note", "FS_OPTIONS")]), (2, []), (0, [])],
+)
+def test_a_mask_counts_by_its_bits(options, right):
+    assert told({"FS_OPTIONS": options}) == right
+    assert told({"FS_OPTIONS": options}, firmware=None) == []
+
+
+@pytest.mark.parametrize(
+    ("firmware", "source", "right"),
+    [
+        ("PX4 1.12.3", 0, True),
+        ("PX4 1.12.3", 1, False),  # flown by a ground station's sticks
+        ("PX4 1.15.0", 0, True),
+        ("PX4 1.15.0", 1, True),
+        ("PX4 1.15.0", 4, False),  # no sticks at all
+    ],
+)
+def test_radio_that_is_lost_counts_where_px4_is_flown_by_it(firmware, source, right):
+    values = {"NAV_RCL_ACT": 0, "COM_RC_IN_MODE": source}
+    found = told(values, autopilot="px4", firmware=firmware)
+    assert found == ([("risk", "NAV_RCL_ACT")] if right else [])
+
+
+def test_frames_are_those_of_copters():
+    values = {"FRAME_CLASS": 2, **outputs(33, 34, 35, 36, 0, 0, 0, 0)}
+    assert told(values, vehicle="boat", firmware="ArduRover V4.5.0") == []
 
 
 def test_px4_has_its_own():
@@ -98,7 +154,9 @@ def test_a_motor_on_two_outputs_is_a_mistake_and_a_fact():
     assert told(values | {"SERVO10_FUNCTION": 36.0})[-1] == ("mistake", "SERVO10_FUNCTION")
     (gap,) = gaps(values)
     assert (gap.word, gap.parameter) == ("mistake", "SERVO9_FUNCTION")
-    assert gap.words() == "SERVO9_FUNCTION is 36: a second output of motor 4, as SERVO4_FUNCTION is"
+    assert gap.words() == (
+        "SERVO9_FUNCTION is 36: a second output of motor 4, as SERVO4_FUNCTION is; rarely meant so"
+    )
     log = replace(log_from_columns({"t": T, "A.x": T}, {}), parameters=values)
     (fact,) = mistakes(replace(log, autopilot="ardupilot"))
     assert not fact.is_wrong
