@@ -55,6 +55,20 @@ def small(count: int = 50) -> bytes:
     return b"".join(out)
 
 
+def test_commands_from_outside_that_act_on_outputs_are_told_once_each(load):
+    def sent(t, number, first, second):
+        return b"\xa3\x95\x3c" + struct.pack("<QHff", t, number, first, second)
+
+    made = [sent(2_000_000, 183, 4, 1000), sent(2_500_000, 183, 4, 1000)]
+    made += [sent(3_000_000, 183, 4, 1500), sent(3_500_000, 176, 1, 4)]
+    log = load(small() + fmt(60, "MAVC", "QHff", "TimeUS,Cmd,P1,P2") + b"".join(made))
+    told = [(e.text, e.by) for e in log.events if e.kind == "command"]
+    assert told == [
+        ("output 4 is to give 1000 us", "the ground station or a companion"),
+        ("output 4 is to give 1500 us", "the ground station or a companion"),
+    ]
+
+
 def test_values_are_in_si_by_legacy_scale_or_multiplier_not_both(load):
     log = load(small())
     baro = log["BARO"]

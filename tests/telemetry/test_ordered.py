@@ -138,6 +138,7 @@ def test_commands_of_another_sender_in_a_telemetry_log_say_who_ordered():
     arm, disarm = Event(10.3, "arm", ""), Event(80.0, "disarm", "")
     modes = Sent(target_system=np.array([1, 1, 9]))
     commands = Sent(target_system=np.array([1, 1]), command=np.array([400, 22]))
+    commands |= {"param1": np.zeros(2), "param2": np.zeros(2)}
     others = {
         11: [(modes, np.array([0.0, 59.0, 79.0]))],
         76: [(commands, np.array([9.5, 30.0]))],

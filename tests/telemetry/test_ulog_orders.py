@@ -107,3 +107,17 @@ def test_who_disarmed_is_told_by_the_numbers_of_the_release(release, reason, by)
     status = Topic(latest_disarming_reason=since(12.0, reason))
     told = found("disarm", release, actuator_armed=armed, vehicle_status=status)
     assert told == [(12.0, "", by)]
+
+
+def test_commands_from_outside_that_act_on_outputs_are_told_once_each():
+    sent = Topic(
+        [3.0, 3.5, 4.0, 5.0, 6.0],
+        command=[187, 187, 185, 185, 176],
+        param1=[0.0, 0.0, 1.0, 1.0, 1.0],
+        param2=[0.0] * 5,
+        from_external=[1, 1, 0, 1, 1],
+    )
+    assert found("command", vehicle_command=sent) == [
+        (3.0, "outputs are to be set by hand", "the ground station or a companion"),
+        (5.0, "flight termination is to begin or end (1)", "the ground station or a companion"),
+    ]

@@ -22,6 +22,7 @@ from fdi.telemetry.formats.bounds import (
     kept_values,
     records_left_out,
 )
+from fdi.telemetry.formats.commands import command_events
 from fdi.telemetry.formats.dataflash.clock import Times
 from fdi.telemetry.formats.dataflash.layouts import Ints
 from fdi.telemetry.formats.dataflash.tables import Table, Tables, columns
@@ -86,6 +87,8 @@ def log_events(timed: Timed, vehicle: str, firmware: str | None) -> Iterator[Eve
         if number is not None:
             break
     yield from _arming(timed)
+    sent = sorted(timed.lines("MAVC", "Cmd", "P1", "P2"))
+    yield from command_events(sent)
     for t, code in timed.lines("EV", "Id"):
         if code == _EMERGENCY_STOP:
             yield Event(t, "command", "emergency stop: all motors are stopped by a switch")

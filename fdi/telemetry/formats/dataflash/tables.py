@@ -29,7 +29,7 @@ _KEPT: Final = 8 << 20  # bytes of records kept of a large file, the largest tab
 _WHOLE: Final = "iu"  # kinds of dtype
 _KINDS: Final = {
     **dict.fromkeys(("Label", "UnitIds", "MultIds", "Name", "Columns"), "S"),
-    "Mult": "f",
+    **dict.fromkeys(("Mult", "P1", "P2"), "f"),
     "Mode": "iuS",  # text logs have names
 }
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text

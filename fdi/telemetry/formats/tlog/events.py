@@ -23,6 +23,7 @@ from fdi.telemetry.formats.bounds import (
     kept_values,
     records_left_out,
 )
+from fdi.telemetry.formats.commands import OUTSIDE, command_events
 from fdi.telemetry.formats.tlog.columns import Payloads
 from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text, greeting
 from fdi.telemetry.log import ParameterChange
@@ -34,6 +35,7 @@ _HEARTBEAT: Final = 0
 _SET_MODE: Final = 11
 _PARAM_VALUE: Final = 22
 _PARAM_SET: Final = 23
+_COMMAND_INT: Final = 75
 _COMMAND_LONG: Final = 76
 _AUTOPILOT_VERSION: Final = 148
 _STATUSTEXT: Final = 253
@@ -48,7 +50,6 @@ _ARM_COMMAND: Final = 400
 _ORDERED_S: Final = (2.5, 0.5)
 """Before and after a heartbeat that shows what a command ordered: they come once a second, and a
 link delays either way."""
-_OUTSIDE: Final = "the ground station or a companion"
 _CHUNK: Final = 50  # characters of one STATUSTEXT; a longer text comes in several
 _CHUNK_WAIT_S: Final = 10.0  # parts of one text that are further apart belong to two
 _INTEGERS: Final = {1: "<u1", 2: "<i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4"}  # MAV_PARAM_TYPE
@@ -115,7 +116,20 @@ def with_orders(
         near = t is not None and ((t >= event.t - before) & (t <= event.t + after)).any()
         return bool(near and not begins)
 
-    return [replace(one, by=_OUTSIDE) if is_ordered(one) else one for one in events]
+    told = [replace(one, by=OUTSIDE) if is_ordered(one) else one for one in events]
+    return sorted([*told, *command_events(_commands(others, system))], key=lambda e: e.t)
+
+
+def _commands(
+    others: Mapping[int, Sequence[tuple[Payloads, NDArray[np.float64]]]], system: int
+) -> list[tuple[float, int, float, float]]:
+    """Return what others told the vehicle to do, in the order of time, as `command_events` asks."""
+    found = []
+    for sent, t in (*others.get(_COMMAND_INT, ()), *others.get(_COMMAND_LONG, ())):
+        to_it = np.isin(sent.field("target_system").astype(np.int64), (0, system))
+        columns = (sent.field(name)[to_it].tolist() for name in ("command", "param1", "param2"))
+        found += list(zip(t[to_it].tolist(), *columns, strict=True))
+    return sorted(found)
 
 
 def _set_by_others(

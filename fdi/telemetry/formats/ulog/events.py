@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_vehicle
 from fdi.telemetry.events import Event, Kind
+from fdi.telemetry.formats.commands import OUTSIDE, command_events
 from fdi.telemetry.formats.ulog.definitions import Key, Logged
 from fdi.telemetry.formats.ulog.units import Release
 from fdi.telemetry.formats.ulog.walk import Other
@@ -42,7 +43,6 @@ _STOPS: Final = {
     "termination": ("flight termination: all outputs go to their failsafe values", 0),
 }
 _MODE_COMMANDS: Final = (20, 21, 22, 176, 300)  # return, land, take off, mode, mission
-_OUTSIDE: Final = "the ground station or a companion"
 _CRASH_DUMP: Final = "hardfault_plain"
 _EMERGENCY: Final = 0
 _SYSTEM_WIDE: Final = 1
@@ -209,6 +209,7 @@ def defaults(others: tuple[Other, ...]) -> dict[str, float]:
 def log_events(own: Messages, release: Release) -> list[Event]:
     """Return modes, arming and failsafes in the order of time."""
     found = [*_modes(own, release), *_arming(own, release), *_failsafes(own), *_stops(own)]
+    found += command_events(_commands(own))
     return sorted(found, key=lambda e: (e.t, e.kind))
 
 
@@ -242,7 +243,7 @@ def _mode_orderer(own: Messages, t: float) -> str:
         return str(data_table("orders")["px4_actions"].get(str(int(action["source"])), ""))
     command = _near(own, "vehicle_command", t, from_external=1)
     if command is not None and int(command.get("command", 0)) in _MODE_COMMANDS:
-        return _OUTSIDE
+        return OUTSIDE
     switches = own.get("manual_control_switches")
     if switches is not None:
         for field in ("mode_slot", "return_switch", "loiter_switch", "offboard_switch"):
@@ -304,6 +305,17 @@ def _stops(own: Messages) -> Iterator[Event]:
             is_pilot = turned is not None or (asked is not None and asked.get("source") != 0)
             if on:
                 yield Event(t, "command", what, by="the pilot's switch" if is_pilot else "")
+
+
+def _commands(own: Messages) -> Iterator[tuple[float, int, float, float]]:
+    """Yield what others told the vehicle to do, as `command_events` asks."""
+    sent = own.get("vehicle_command")
+    fields = ("command", "param1", "param2")
+    if sent is None or any(name not in sent for name in (*fields, "from_external")):
+        return
+    is_outside = sent.raw("from_external")[sent.kept] == 1
+    columns = (sent.raw(name)[sent.kept][is_outside].tolist() for name in fields)
+    yield from zip(sent.t[is_outside].tolist(), *columns, strict=True)
 
 
 def _failsafes(own: Messages) -> Iterator[Event]:
