@@ -96,3 +96,25 @@ def test_a_list_that_is_sent_is_one_order(answer):
     new = [(38.0 + i / 10, told(name, 2.0)) for i, name in enumerate(names)]
     (fact,) = (one for one in answer(*old, *new).stood_out if one.about == "parameter")
     assert " and 1 more in flight (log 38.0 to 38.3 s)" in fact.text
+
+
+def commanded(number, first, second, target=1):
+    message = mav.MAVLink_command_long_message(target, 1, number, 0, first, second, 0, 0, 0, 0, 0)
+    return frame(message, GROUND)
+
+
+def test_an_output_that_is_set_from_outside_is_an_order_and_told_once(answer):
+    sent = [(39.0 + 0.5 * i, commanded(mav.MAV_CMD_DO_SET_SERVO, 1, 1000)) for i in range(3)]
+    found = answer(*sent, (39.2, commanded(mav.MAV_CMD_DO_SET_SERVO, 2, 1900, target=7)))
+    (told,) = (e for e in found.log.events if e.kind == "command")
+    assert (told.t, told.text) == (pytest.approx(39.0, abs=0.2), "output 1 is to give 1000 us")
+    assert told.by == "the ground station or a companion"
+    (end,) = found.log.ends
+    assert told.text in [one.said for one in end.chain if one.what == "command"]
+
+
+def test_what_the_autopilot_learned_and_writes_down_is_no_order(answer):
+    learned = "MOT_THST_HOVER"
+    found = answer((1.0, told(learned, 0.28)), (40.0, told(learned, 0.25)))
+    assert [one for one in found.stood_out if one.about == "parameter"] == []
+    assert found.document()["parameter_changes"] == []

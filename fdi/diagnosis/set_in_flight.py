@@ -52,10 +52,12 @@ def _facts(orders: Sequence[Sequence[Event]], alarms: Alarms) -> Iterator[Fact]:
         until = f" to {one[-1].t:.1f}" if one[-1].t - one[0].t >= 0.1 else ""
         text = f"{named}{more} in flight (log {one[0].t:.1f}{until} s){by}"
         soon = left_health(one[0].t + BEFORE_S, alarms, whom)
-        later = (found for found in soon if found.at >= one[0].t)
+        # what only triggers may be nothing, and is not told as what came of it
+        later = (found for found in soon if found.kind != "trigger" and found.at >= one[0].t)
         first = min(later, key=lambda found: found.at, default=None)
         if first is not None:
-            text += f"; {first.at - one[0].t:.1f} s later: {inside(first.text)}"
+            since = "after the first" if until else "later"
+            text += f"; {first.at - one[0].t:.1f} s {since}: {inside(first.text)}"
         yield Fact(PARAMETER, text, records=tuple(_record(event) for event in one))
     if len(orders) > MOST:
         yield Fact(PARAMETER, f"parameters were set {len(orders) - MOST} more times in flight")

@@ -114,11 +114,13 @@ def _falls(diagnosis: Diagnosis) -> Iterator[Fact]:
 def _standing(alarms: Alarms) -> Iterator[Fact]:
     """Yield the statements that are violated from the beginning of the flight on, and mostly."""
     bank = alarms.residuals.bank
+    made = [flight for flight in alarms.residuals.signals.flights if flight.flew]
+    what = "log" if made and made[0].takeoff is None else "flight"
     for row, share in violated_from_start(alarms).items():
         generator = bank.generators[row]
         about = str(bank.system.equations[generator.residual].component)
         words = alarm_words(about, generator, bank.system)
-        since = f"from the beginning of the flight on and in {100 * share:.0f} % of it"
+        since = f"from the beginning of the {what} on and in {100 * share:.0f} % of it"
         yield Fact(about, f"{words}, {since}")
 
 

@@ -211,7 +211,7 @@ def _end_words(end: FlightEnd) -> str:
             return f"Fell{speed} (log {end.at:.1f} s, its end){lost}"
         return f"Hit the ground{speed} {clock}{lost}"
     if end.how == "restarted":
-        return f"The autopilot started anew in the air {clock}"
+        return f"The autopilot started anew in the air (silent from log {end.at:.1f} s on)"
     if end.lost_control is not None:
         where = " in the air" if end.lost_by == "stop" else ""
         when = f"(log {end.lost_control:.1f} s)"

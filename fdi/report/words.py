@@ -100,16 +100,18 @@ def used(one: Input) -> str:
 
 
 def flown(flights: Sequence[Flight]) -> str:
-    """Return how many flights a log holds, and how the last one ends unless it lands.
+    """Return how many flights a log holds, that it lacks a beginning, and how the last one ends.
 
     Examples
     --------
     >>> from fdi.telemetry import Flight
-    >>> flown([Flight(0, 60, landing=50), Flight(90, 120, landing=110)]), flown([Flight(0, 60)])
-    ('2 flights', '1 flight; the recording stops in flight')
-    >>> flown([Flight(0, 60, impact=59, impact_speed=9.0)])
+    >>> flown([Flight(0, 60, takeoff=5, landing=50), Flight(90, 120, takeoff=91, landing=110)])
+    '2 flights'
+    >>> flown([Flight(0, 60)])
+    '1 flight, begun before the recording; the recording stops in flight'
+    >>> flown([Flight(0, 60, takeoff=5, impact=59, impact_speed=9.0)])
     '1 flight, which ends with an impact at 9.0 m/s (log 59.0 s)'
-    >>> flown([Flight(0, 60, restart=59)])
+    >>> flown([Flight(0, 60, takeoff=5, restart=59)])
     '1 flight, which ends with a restart of the autopilot (log 59.0 s)'
     >>> flown([]), flown([Flight(0, 60, flew=False)])
     ('no flight', 'no flight, armed only')
@@ -120,6 +122,9 @@ def flown(flights: Sequence[Flight]) -> str:
     last = made[-1]
     count = plural(len(made), "flight")
     which = "the last of which" if len(made) > 1 else "which"
+    if made[0].takeoff is None:
+        count += ", the first begun" if len(made) > 1 else ", begun"
+        count += " before the recording"
     if last.impact is not None:
         speed = "" if last.impact_speed is None else f" at {last.impact_speed:.1f} m/s"
         return f"{count}, {which} ends with an impact{speed} (log {at(last.impact)} s)"

@@ -20,10 +20,13 @@ _COUNTER: Final = re.compile(r"STAT_[A-Z0-9_]+|LND_FLIGHT_T_(HI|LO)|COM_FLIGHT_U
 
 _ASIDE: Final = re.compile(
     r"(BARO\d*|GND)_(GND|ABS)_(PRESS|TEMP)|GND_TEMP|(SR|MAV_?)\d_\w+|SYS_NUM_RESETS|MIS_TOTAL"
-    r"|FENCE_TOTAL|RALLY_TOTAL",
+    r"|FENCE_TOTAL|RALLY_TOTAL|(Q_M|MOT)_THST_HOVER|FFT_(FREQ_HOVER|BW_HOVER|THR_REF)"
+    r"|EKF2_MAGBIAS_[XYZ]",
     re.ASCII,
 )
-"""The pressure of the ground, how often a stream is sent, how many points are stored."""
+"""The pressure of the ground, how often a stream is sent, how many points are stored; and what an
+autopilot learns in flight and writes down as it is disarmed (``MOT_HOVER_LEARN``, in-flight FFT,
+``EKF2_MAGBIAS``): it had it in force before."""
 
 
 def steers(parameter: str) -> bool:
@@ -33,7 +36,7 @@ def steers(parameter: str) -> bool:
     --------
     >>> steers("ATC_RAT_RLL_P"), steers("SERVO1_FUNCTION"), steers("COMPASS_OFS_X")
     (True, True, True)
-    >>> steers("STAT_RUNTIME"), steers("BARO1_GND_PRESS"), steers("SR0_EXTRA1")
+    >>> steers("STAT_RUNTIME"), steers("BARO1_GND_PRESS"), steers("MOT_THST_HOVER")
     (False, False, False)
     """
     return not is_counter(parameter) and _ASIDE.fullmatch(parameter) is None

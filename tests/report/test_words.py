@@ -174,6 +174,6 @@ def test_the_accuracy_of_a_place_is_told_in_metres():
 
 
 def test_a_log_without_a_landing_stops_in_flight():
-    assert flown([Flight(0, 60)]) == "1 flight; the recording stops in flight"
-    two = [Flight(0, 60, landing=50), Flight(90, 120)]
+    assert flown([Flight(0, 60, takeoff=5)]) == "1 flight; the recording stops in flight"
+    two = [Flight(0, 60, takeoff=5, landing=50), Flight(90, 120)]
     assert flown(two) == "2 flights; the recording stops in the last of them"
