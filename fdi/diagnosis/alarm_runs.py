@@ -51,14 +51,22 @@ def find_runs(alarms: Alarms, start: float, end: float, since: float = -np.inf) 
             if first >= stop or not len(sure) or (begin < first and sure[0] >= stop - first):
                 continue
             known = float(t[first + sure[0]]) + delay
-            # a centred window feels a change before it is in its middle
-            onset = min(float(t[first]) + AHEAD * delay, known, float(t[stop - 1]))
+            onset = min(onset_of(alarms, row, first, stop), known)
             onset = max(onset - _lasted(alarms.residuals, row, first), min(onset, start))
             if begin < first and _always(alarms.residuals, row):
                 onset = max(float(t[begin]), min(since, onset))
             peak = float(np.nanmax(alarms.strength[row, first:stop]))
             found.append(Run(row, first, stop, onset, known, float(t[stop - 1]) + step, peak))
     return sorted(found, key=lambda run: (run.onset, run.row))
+
+
+def onset_of(alarms: Alarms, row: int, first: int, stop: int) -> float:
+    """Return when what a test shows from sample ``first`` to before ``stop`` began, s.
+
+    A centred window feels a change before it is in its middle.
+    """
+    t = alarms.residuals.t
+    return min(float(t[first]) + AHEAD * float(alarms.delay_s[row]), float(t[stop - 1]))
 
 
 def _always(residuals: Residuals, row: int) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from fdi.decision import Alarms
 from fdi.decision.alarms import TRIGGERED
+from fdi.diagnosis.alarm_runs import onset_of
 from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Ending, First, FirstKind
@@ -107,4 +108,4 @@ def left_health(moment: float, alarms: Alarms, whom: Concerns) -> Iterator[First
             text = alarm_words(component or equation.name, generator, bank.system)
             command = any(bank.system.equations[i].command for i in generator.equations)
             kind: FirstKind = "command" if command else "alarm" if raised else "trigger"
-            yield First(float(t[start]), kind, text, component)
+            yield First(onset_of(alarms, int(row), start, stop), kind, text, component)
