@@ -9,7 +9,7 @@ over time comes in by one door, as columns that stand beside the sensors'.
 - ``estimator/``: was the autopilot's own estimator healthy, and whom does that point to
 - ``observer/``: does a multicopter move as its motors are told, by a linear observer
 - ``heading/``: do compass, course, gyroscopes and estimator agree on the heading, and what instead
-- ``response.py``: does a multicopter turn as its motors are asked to, from arming on
+- ``response.py``: does a vehicle turn as its motors or ailerons are asked to, from arming on
 - ``setup/``: what was set up wrongly: motors, surfaces, sensors, thrust
 - ``voting/``: which of several autopilots of one vehicle is in charge, and how soon
 - ``reliability.py``: how probably a system of several units still works

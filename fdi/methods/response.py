@@ -1,7 +1,7 @@
-"""Does a multicopter turn as its motors are asked to, from the moment its rotors turn?
+"""Does a vehicle turn as its motors or ailerons are asked to, from the first moment on?
 
 In: a log. Out: `Columns` at the records of the body rates. Nothing is learned and nothing needs a
-flight: a vehicle that flips as it leaves the ground has none.
+calm beginning: a vehicle that turns over as it leaves the ground has none.
 
 - ``turned_against``: the largest angle, rad, by which it turned about roll or pitch against what
   its motors were asked for (``setup/against.py``), up to a few seconds after take-off. It stands
@@ -10,6 +10,8 @@ flight: a vehicle that flips as it leaves the ground has none.
 - ``swinging``: for how long, s, a vehicle that never left the ground has swung about an axis, and
   its motors with it. On legs that give, a healthy one may swing as well until it lifts off, so one
   that flew is not asked
+- ``rolled_against``: the largest angle, rad, by which a plane has rolled at a stretch, in the last
+  seconds, against what its ailerons are meant to do
 """
 
 from __future__ import annotations
@@ -17,17 +19,21 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from fdi.methods.columns import Columns, Method
 from fdi.methods.setup.against import APART_S, LiftOff, turned_against
 from fdi.methods.setup.motors import lacking, lift_offs, motor_thrusts
 from fdi.methods.setup.records import Series, body_rates
+from fdi.methods.setup.surfaces import meant, rolled_against
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import ROTORS, motors_of
 from fdi.windows import runs_of
 
 UNITS: Final = {"turned_against": "rad", "swinging": "s"}
+WINGED: Final = {"rolled_against": "rad"}
+_KEPT_S: Final = 3.0  # so long an angle counts: a stretch is over where the vehicle turns back
 _SWING_S: Final = 0.5  # over which a swing is taken: of 2 Hz and more, no person's hand
 _SWING_APART_S: Final = 0.15  # records further apart show no such swing
 _SWINGS: Final = 0.2  # rad/s, root mean square: rotors shake a vehicle that stands by 0.03 to 0.08
@@ -37,7 +43,9 @@ _DRIVEN: Final = (
 
 
 def response_columns(log: Log) -> Columns | str | None:
-    """Return how a multicopter turns against its motors, or why that is not known."""
+    """Return how a vehicle turns against motors or ailerons, or why that is not known."""
+    if log.vehicle in ("plane", "vtol"):
+        return _on_wings(log)
     if log.vehicle not in ROTORS:
         return None
     motors = motors_of(log.parameters, log.autopilot, log.vehicle)
@@ -60,6 +68,23 @@ def response_columns(log: Log) -> Columns | str | None:
 
 
 RESPONSE: Final = Method("response", response_columns)
+
+
+def _on_wings(log: Log) -> Columns | str | None:
+    """Return by how much a plane rolls against its ailerons, or why that is not known.
+
+    None where the log does not tell what they are given, which `fdi check` says.
+    """
+    rates, asked = body_rates(log), meant(log, "aileron")
+    if rates is None or isinstance(asked, str):
+        return None
+    slowest = max(rates.period, asked.period)
+    if slowest > APART_S:
+        return f"records are {slowest:.1f} s apart, too far to see how the vehicle rolls"
+    angle = rolled_against(rates, asked)
+    count = 1 + round(_KEPT_S / rates.period)
+    kept = maximum_filter1d(angle, count, origin=(count - 1) // 2)  # this one and those before
+    return Columns(rates.t, {"rolled_against": kept}, "OUTPUTS", WINGED)
 
 
 def _columns_of(seen: LiftOff, *, may_swing: bool) -> Series:

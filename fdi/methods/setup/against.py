@@ -1,13 +1,15 @@
-"""By what angle does a vehicle turn against the moment that its motors are asked for?
+"""By what angle does a vehicle turn against the moment that its motors or surfaces are asked for?
 
-In: rates and what the motors are given. Out: the angle at a stretch. The harder a controller acts
-on motors in a wrong order, on one that gives no thrust, or from a board that is turned, the faster
-the vehicle turns; a healthy one is stopped within a fraction of a turn, and one that the ground
-tips over lies on its back after half of one.
+In: rates and what the motors or surfaces are given. Out: the angle at a stretch. The harder a
+controller acts on motors in a wrong order, on one that gives no thrust, on a surface whose servo
+turns the other way, or from a board that is turned, the faster the vehicle turns; a healthy one is
+stopped within a fraction of a turn, and one that the ground tips over lies on its back after half
+of one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -27,7 +29,8 @@ APART_S: Final = 0.3
 _LATE_S: Final = 0.05
 """By which thrust follows an output; none or twice as much changes no answer."""
 _ASKED: Final = 0.1
-"""Of the largest moment, half of the motors at full and the others at none: asked in earnest."""
+"""Of the largest moment, half of the motors at full and the others at none, or a surface at the end
+of its throw: asked in earnest."""
 _TURNS: Final = 1.0  # rad/s: slower, a gyroscope's offset adds up while a vehicle stands
 
 
@@ -79,13 +82,39 @@ def turned_against(seen: LiftOff) -> Against:
     >>> turned_against(LiftOff(t, rates, np.full((3, 10), 0.5))).angle
     0.0
     """
-    most, steps = Against(0.0, np.nan), np.diff(seen.t)
+    most = Against(0.0, np.nan)
     for rate, moment in zip(seen.rates[:2], seen.moments[:2], strict=True):
-        turns = np.abs(rate) > _TURNS
-        is_against = (rate * moment < 0) & (np.abs(moment) > _ASKED)
-        angle = np.where(is_against[1:], np.abs(rate[1:]) * steps, 0.0)
-        goes_on = turns[1:] & turns[:-1] & (rate[1:] * rate[:-1] > 0) & (steps <= 2 * APART_S)
-        for low, high in runs_of(goes_on):
-            found = Against(float(angle[low:high].sum()), float(seen.t[low]))
+        for low, angles in _at_a_stretch(seen.t, rate, moment):
+            found = Against(float(angles[-1]), float(seen.t[low]))
             most = max(most, found, key=lambda one: one.angle)
     return most
+
+
+def angle_against(t: Floats, rate: Floats, moment: Floats) -> Floats:
+    """Return the angle turned so far at a stretch about an axis against what is asked for, rad.
+
+    Parameters
+    ----------
+    t, rate, moment : (n,) float
+        s, rad/s, and what is asked for, of the largest.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 0.5, 0.1)
+    >>> angle_against(t, np.full(5, 4.0), np.full(5, -0.5)).round(1)
+    array([0. , 0.4, 0.8, 1.2, 1.6])
+    """
+    found = np.zeros(t.size)
+    for low, angles in _at_a_stretch(t, rate, moment):
+        found[low + 1 : low + 1 + angles.size] = angles
+    return found
+
+
+def _at_a_stretch(t: Floats, rate: Floats, moment: Floats) -> Iterator[tuple[int, Floats]]:
+    """Yield the record before each stretch and the angle so far at each of its records."""
+    steps, turns = np.diff(t), np.abs(rate) > _TURNS
+    is_against = (rate * moment < 0) & (np.abs(moment) > _ASKED)
+    angle = np.where(is_against[1:], np.abs(rate[1:]) * steps, 0.0)
+    goes_on = turns[1:] & turns[:-1] & (rate[1:] * rate[:-1] > 0) & (steps <= 2 * APART_S)
+    for low, high in runs_of(goes_on):
+        yield low, np.cumsum(angle[low:high])

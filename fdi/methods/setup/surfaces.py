@@ -7,7 +7,9 @@ wrong where the vehicle turns against what is meant. PX4 says what each surface 
 ``CA_SV_CSn_TRQ_R``, ``_P``, ``_Y``.
 
 Both ways are compared for one axis at a time. In turbulence a controller pushes against what the
-air does, which looks like a reversed surface at one interval length; `judge` asks at several.
+air does, which looks like a reversed surface at one interval length; `judge` asks at several. Where
+a flight is too short for that, as the first one with a reversed aileron is, a plane that rolls by a
+quarter of a turn against its ailerons tells enough.
 """
 
 from __future__ import annotations
@@ -18,13 +20,15 @@ from typing import Final
 
 import numpy as np
 
+from fdi.methods.setup.against import APART_S, angle_against
 from fdi.methods.setup.arrangements import Arrangement
 from fdi.methods.setup.interval import in_percent, numbers_of, of_explained
 from fdi.methods.setup.judge import CERTAIN, judge
-from fdi.methods.setup.records import Series, Stretch, body_rates, series, stretches
+from fdi.methods.setup.records import Series, Stretch, body_rates, series, stretches, within
 from fdi.methods.setup.values import Check, Setting
 from fdi.telemetry import Log
 from fdi.telemetry.meaning.outputs import drives_of
+from fdi.telemetry.message import Floats
 
 _WINGED: Final = ("plane", "vtol")
 _SURFACES: Final = (
@@ -39,6 +43,8 @@ _SLOWEST_S: Final = 0.6
 _EXPLAINS: Final = 0.3
 _HALF: Final = 3.0
 _STIRRED: Final = 0.02  # rad/s
+QUARTER_TURN: Final = np.pi / 2
+_SERVO_S: Final = 0.1  # by which a roll follows an output: 60 degrees of a servo take 0.1 to 0.2 s
 
 
 def check_surfaces(log: Log) -> Iterator[Check]:
@@ -47,7 +53,7 @@ def check_surfaces(log: Log) -> Iterator[Check]:
         return
     rates, parts = body_rates(log), stretches(log)
     for surface, name, axis in _SURFACES:
-        given = _meant(log, surface)
+        given = meant(log, surface)
         if isinstance(given, str):
             yield Check(name, "not known", given)
         elif rates is None:
@@ -59,6 +65,8 @@ def check_surfaces(log: Log) -> Iterator[Check]:
             )
         else:
             found = _judged(name, axis, rates, given, parts)
+            if surface == "aileron" and found.verdict == "not known":
+                found = _rolled(found, rates, given, parts)
             wrong = found.verdict == "wrong"
             yield replace(found, settings=_turned_round(log, surface)) if wrong else found
 
@@ -94,7 +102,33 @@ def _judged(
     return Check(name, "not known", text, numbers, strikes=True)
 
 
-def _meant(log: Log, surface: str) -> Series | str:
+def rolled_against(rates: Series, given: Series) -> Floats:
+    """Return the angle rolled so far at a stretch against what ailerons are meant to do, (n,) rad.
+
+    Parameters
+    ----------
+    rates : Series
+        (3, n) rad/s.
+    given : Series
+        As `meant` gives it.
+    """
+    asked = np.interp(rates.t - _SERVO_S, given.t, given.values[0])
+    return angle_against(rates.t, rates.values[0], asked)
+
+
+def _rolled(found: Check, rates: Series, given: Series, parts: tuple[Stretch, ...]) -> Check:
+    """Return a check that knows by how much the vehicle rolled against its ailerons."""
+    if max(rates.period, given.period) > APART_S:
+        return found
+    most = float(rolled_against(rates, given)[within(rates.t, parts)].max(initial=0.0))
+    numbers = {**found.numbers, "rolled_against_deg": float(np.degrees(most))}
+    if most <= QUARTER_TURN:
+        return replace(found, numbers=numbers)
+    text = f"the vehicle rolls by {np.degrees(most):.0f} degrees against what they are meant to do"
+    return replace(found, verdict="wrong", text=text, numbers=numbers)
+
+
+def meant(log: Log, surface: str) -> Series | str:
     """Return what a kind of surface is meant to do, (1, n), or why that is not known."""
     if log.autopilot == "px4":
         return _px4(log, surface)

@@ -10,6 +10,7 @@ ulog/       PX4 logs
 table.py    CSV and Parquet tables of somebody's own
 bytes/      rows of bytes, by whatever format: gathered, told apart, looped over
 bounds.py   how much of what a log says about itself is kept
+commands.py which commands from outside are told
 change.py   what becomes of a message's records, for who writes
 gaps.py     when most messages are silent together
 wording.py  how texts and names read

@@ -7,6 +7,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 from telemetry.build import record
 
+from fdi import analyze
 from fdi.methods.setup import Check
 from fdi.methods.setup.surfaces import check_surfaces
 from fdi.telemetry import read
@@ -98,3 +99,44 @@ def test_a_reversed_surface_names_the_parameter_that_turns_it_round(tmp_path: Pa
     found = flown(tmp_path / "plane.tlog", (1, -1, 1), (0, 0, 0))["elevator"]
     (setting,) = found.settings
     assert (setting.name, setting.now, setting.suggested) == ("SERVO2_REVERSED", 0.0, 1.0)
+
+
+def launched(path: Path, linkage: int, rate: float = 10.0) -> Path:
+    """Throw a plane whose autopilot holds the wings level; it lies on the ground after 8 s."""
+    parts = [
+        record(0.0, mav.MAVLink_param_value_message(name.encode(), float(value), 9, 6, i))
+        for i, (name, value) in enumerate(_told((0, 0, 0), told=True))
+    ]
+    rng, rates, angles = np.random.default_rng(5), np.zeros(3), np.zeros(3)
+    for k in range(int(14 / STEP)):
+        t = k * STEP
+        flies = float(np.clip(t - 4, 0, 1)) * (t < 12)
+        meant = np.array([np.clip(-1.5 * angles[0] - 0.2 * rates[0], -1, 1), 0.0, 0.0]) * flies
+        turning = EFFECT * meant * [linkage, 1, 1] - DAMPING * rates
+        turning[0] += rng.normal(0, 3.0) * flies
+        rates = (rates + turning * STEP) * (flies > 0)
+        angles = angles + rates * STEP
+        if k % round(1 / rate / STEP) == 0:
+            parts += _at(t, angles, rates, 1500 + 400 * meant, flies)
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+@pytest.mark.parametrize("rate", [4.0, 10.0, 25.0])
+def test_a_plane_that_rolls_over_as_it_is_launched_has_its_ailerons_reversed(
+    tmp_path: Path, rate: float
+) -> None:
+    found = analyze(launched(tmp_path / "plane.tlog", -1, rate))
+    assert found.findings[0].component == "aileron"
+    assert found.findings[0].onset == pytest.approx(5.5, abs=1.5)
+    (check,) = (one for one in found.setup if one.name == "ailerons")
+    assert check.verdict == "wrong"
+    assert [setting.name for setting in check.settings] == ["SERVO1_REVERSED"]
+
+
+@pytest.mark.parametrize("rate", [4.0, 25.0])
+def test_a_plane_that_is_held_level_rolls_with_its_ailerons(tmp_path: Path, rate: float) -> None:
+    found = analyze(launched(tmp_path / "plane.tlog", 1, rate))
+    assert "aileron" not in {one.component for one in found.findings}
+    (check,) = (one for one in found.setup if one.name == "ailerons")
+    assert check.verdict != "wrong"
