@@ -60,7 +60,9 @@ def test_nothing_is_told_of_records_too_far_apart_or_of_a_frame_nobody_tells(
 ) -> None:
     assert "0.3 s apart" in str(response_columns(flown(tmp_path, rate=3)))
     assert "frame" in str(response_columns(flown(tmp_path, tells_frame=False)))
-    assert response_columns(flown(tmp_path, kind=mav.MAV_TYPE_FIXED_WING)) is None  # nor its ailerons
+    assert (
+        response_columns(flown(tmp_path, kind=mav.MAV_TYPE_FIXED_WING)) is None
+    )  # nor its ailerons
 
 
 def test_a_flip_accuses_propulsion_before_take_off(tmp_path: Path) -> None:
