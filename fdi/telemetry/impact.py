@@ -228,11 +228,26 @@ def _stays_down(
     settled = motion.rows(motion.t[row] + SETTLE_S[0], motion.t[row] + SETTLE_S[1])
     if settled.stop > settled.start and abs(np.median(motion.climb[settled])) > HARD_SPEED:
         return False
+    if _sinks_on(motion, row, settled):
+        return False
     if height > ground + NEAR_GROUND_M:  # on a hill, or the height is wrong
         speed = motion.speed[settled]
         return known(speed) and bool(np.nanmedian(speed) < REST_SPEED)
     is_over = settled.start >= motion.t.size
     return is_over or float(highest_later[settled.start]) <= height + REBOUND_M
+
+
+def _sinks_on(motion: Motion, row: int, later: slice) -> bool:
+    """Return whether it is lower afterwards than it could fall until the next record.
+
+    By the air pressure, which no blow upsets; it may be wrong by what the wash of rotors adds.
+    """
+    pressed = motion.pressed[later]
+    if not known(pressed) or not np.isfinite(motion.pressed[row]):
+        return False
+    step = float(motion.t[min(row + 1, motion.t.size - 1)] - motion.t[row])
+    falls = max(-float(motion.climb[row]), 0.0) * min(step, WATCH_S)
+    return bool(np.nanmedian(pressed) < motion.pressed[row] - falls - WASH_M)
 
 
 def _turned_over(motion: Motion, ground: float) -> tuple[int, float] | None:

@@ -71,6 +71,9 @@ IDLE: Final = 0.1
 """Of full throttle: below any hover. Rotors that idle, or that lie on their back without turning,
 carry nothing, whatever two other sources say: what falls is met by the search for its impact."""
 _HOVERS: Final = ((0.4, 0.7), (-MOST, 0.75 * MOST))  # by the throttle over that of a hover
+STANDS: Final = 0.1
+"""Of its usual speed; wings that go slower, over ground and through the air, up and down, stand: in
+the air only a wind within a tenth of their own speed would hold them there."""
 FAST: Final = 6.0
 """m/s, slower than wings fly."""
 ON_EDGE: Final = 0.3
@@ -230,14 +233,15 @@ def _of_speed(speed: Floats) -> Floats:
 
 
 def _of_wings(motion: Motion) -> Floats:
-    """Return what the speed says of wings: in the wind they may stand still over ground."""
-    speed = np.fmax(motion.speed, motion.airspeed)
+    """Return what the speed says of wings: in the wind they may be slow over ground."""
+    speed = np.fmax(np.hypot(motion.speed, np.nan_to_num(motion.climb)), motion.airspeed)
     with np.errstate(invalid="ignore"):
         fast = speed[speed > FAST]
         if not fast.size:
             return _of_speed(speed)
         share = speed / np.quantile(fast, 0.75)
-        return _limited(np.interp(share, [0.25, 0.5, 0.7], [-MOST / 2, 0.0, MOST / 2]))
+        told = np.interp(share, [STANDS, 0.25, 0.5, 0.7], [-2 * MOST, -MOST / 2, 0.0, MOST / 2])
+        return _limited(told, 2 * MOST)
 
 
 def _of_throttle(throttle: Floats, above: Floats) -> Floats:

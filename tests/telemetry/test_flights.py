@@ -315,3 +315,19 @@ def test_airborne_times_of_long_flights_agree_with_the_labels():
 def test_a_height_that_drifts_on_the_ground_is_no_flight():
     """Its rest would begin with its take-off."""
     assert read(SHARED / "others" / "jschall.tlog").flights == ()
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "right"),
+    [
+        (mav.MAV_TYPE_FIXED_WING, {"Q_ENABLE": 1.0}, "vtol"),
+        (mav.MAV_TYPE_FIXED_WING, {"Q_ENABLE": 0.0}, "plane"),
+        (mav.MAV_TYPE_QUADROTOR, {"Q_ENABLE": 1.0}, "quad"),
+    ],
+)
+def test_a_plane_whose_parameters_give_it_rotors_is_no_plane_alone(load, kind, parameters, right):
+    told = b"".join(
+        record(0.0, mav.MAVLink_param_value_message(name.encode(), value, 9, 1, 0))
+        for name, value in parameters.items()
+    )
+    assert load(told + Flight(kind=kind).bytes()).vehicle == right

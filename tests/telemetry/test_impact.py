@@ -114,6 +114,16 @@ def test_the_same_force_without_a_spin_is_a_blow_at_once() -> None:
     assert T[found[0]] < GROUND_S - 1.0
 
 
+@pytest.mark.parametrize(("sank", "is_met"), [(0.5, True), (20.0, False)])
+def test_who_sinks_on_by_the_air_pressure_has_hit_nothing_yet(sank: float, is_met: bool) -> None:
+    """The estimate rests after a blow; the pressure says how far it fell afterwards."""
+    after = np.clip(T - GROUND_S, 0.0, 2.0) / 2.0
+    pressed = np.maximum(3.0 * (GROUND_S - T), 0.0) - sank * after
+    made = replace(spinning(2.0), pressed=pressed, force=9.8 + 60.0 * (np.abs(T - GROUND_S) < 0.05))
+    found = find_impact(made, 0.0, disarmed=True, is_end=False, has_wings=True)
+    assert (found is not None) == is_met
+
+
 def test_a_spin_that_goes_on_has_met_nothing() -> None:
     made = spinning(45.0, ends=False)
     assert find_impact(made, 0.0, disarmed=True, is_end=False, has_wings=False) is None

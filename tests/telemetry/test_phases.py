@@ -123,6 +123,32 @@ def test_wings_in_a_headwind_stand_still_over_ground_and_fly():
     assert (up, down) == pytest.approx((UP, DOWN), abs=1.5)
 
 
+def test_wings_that_are_carried_do_not_fly_whatever_an_estimate_says_of_their_height():
+    """A minute by hand under an estimate that stands 4 m high and climbs, then thrown."""
+    thrown = 30.0
+    made = motion(
+        height=np.where(thrown > T, np.minimum(0.4 * T, 4.0), np.where(T < DOWN, 30.0, 4.0)),
+        climb=np.where((thrown > T) & (T > 5.0), 1.3, 0.0),
+        speed=np.where((thrown < T) & (T < DOWN), 14.0, 0.3),
+        turns=np.where(T < DOWN, 0.12, 0.005),
+        throttle=np.full(T.size, np.nan),
+    )
+    ((up, down),) = airborne(made, wings="alone")
+    assert (up, down) == pytest.approx((thrown, DOWN), abs=1.0)
+
+
+def test_wings_that_fall_straight_down_still_fly():
+    falls = (T > 25) & (T < 30)
+    made = motion(
+        height=np.interp(T, [UP, 20.0, 25.0, 30.0], [0.0, 80.0, 80.0, 5.0]),
+        speed=np.where(falls | ~FLIES, 0.2, 14.0),
+        climb=np.where(falls, -15.0, 0.0),
+        throttle=np.full(T.size, np.nan),
+    )
+    ((_, down),) = airborne(made, wings="alone")
+    assert down > 29.0
+
+
 def test_wings_that_roll_fast_on_the_ground_do_not_fly_yet():
     roll = np.interp(T, [5.0, UP], [0.0, 15.0])
     made = motion(speed=np.where(T < UP, roll, np.where(T < DOWN, 18.0, 0.5)))

@@ -56,6 +56,7 @@ from fdi.telemetry.formats.tlog.vehicle import (
     RADIO,
     Sent,
     Vehicle,
+    by_parameters,
     choose_vehicle,
     identities,
     sources,
@@ -128,6 +129,8 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     vehicle = choose_vehicle(senders, known, system)
     own = {key[2]: made for key, made in groups.payloads.items() if key[:2] == vehicle.sender}
     line = vehicle_timeline(frames.stamp_us, own)
+    values, changes, named, beyond = parameters(own, line, vehicle.autopilot)
+    vehicle = by_parameters(vehicle, values)
     created = groups.of_each(line.created)
     span = _span([t for key, t in created.items() if key[:2] == vehicle.sender])
     clock = make_clock(line, *vehicle_utc(own), frames.stamp_us)
@@ -138,7 +141,6 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     messages = _messages(groups, created, stamps, line, vehicle, read)
     messages, up = vertical_speed_down(messages)
     messages, upwind = wind_from(messages, clock.utc(0.0))
-    values, changes, named, beyond = parameters(own, line, vehicle.autopilot)
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
     events = with_orders(events, _of_others(groups, created, vehicle.system), vehicle.system)
     named_firmware = firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle))

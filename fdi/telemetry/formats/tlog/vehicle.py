@@ -10,7 +10,7 @@ else.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -51,6 +51,15 @@ class Vehicle:
     def sender(self) -> Sender:
         """Its autopilot: what other components of the system say is not the vehicle's state."""
         return self.system, self.component
+
+
+def by_parameters(vehicle: Vehicle, values: Mapping[str, float]) -> Vehicle:
+    """Return the vehicle, one that rotors lift as well where its parameters say so.
+
+    The heartbeats of ArduPlane before 4.0 call it a plane.
+    """
+    lifted = vehicle.autopilot == "ardupilot" and values.get("Q_ENABLE", 0.0) > 0
+    return replace(vehicle, vehicle="vtol") if lifted and vehicle.vehicle == "plane" else vehicle
 
 
 def identities(groups: Mapping[Key, Payloads]) -> Identities:
