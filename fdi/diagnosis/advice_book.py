@@ -51,6 +51,8 @@ class Wish:
         Its name in older firmware.
     suggested : float or None
         None where it has to be read, and only the vehicle tells what is right.
+    enough : tuple of float
+        Others that do as well, or more.
     bit : int or None
         Of a mask: is to be set.
     bit_of : str
@@ -60,6 +62,7 @@ class Wish:
     name: str
     older: str = ""
     suggested: float | None = None
+    enough: tuple[float, ...] = ()
     bit: int | None = None
     bit_of: str = ""
     __pydantic_config__: ClassVar[dict[str, str]] = _STRICT

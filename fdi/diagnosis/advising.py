@@ -221,12 +221,18 @@ def _told(entries: Iterable[Entry], words: str, log: Log, when: When = "now") ->
         if entry.parameter is not None and _lacks(entry.parameter, log):
             continue
         parameter = None if entry.parameter is None else _setting(entry.parameter, log)
-        if parameter is not None and parameter.now == parameter.suggested is not None:
+        if parameter is not None and _is_so(parameter, entry.parameter):
             continue
         source = book.sources[entry.source]
         do, why = (text.replace("{part}", words) for text in (entry.do, entry.why))
         found.append(Advice(do, why, parameter, source.title, source.address, when))
     return found
+
+
+def _is_so(setting: Setting, wish: Wish | None) -> bool:
+    """Return whether a parameter is as it should be, or does as well."""
+    enough = () if wish is None else wish.enough
+    return setting.now == setting.suggested is not None or setting.now in enough
 
 
 def _lacks(wish: Wish, log: Log) -> bool:

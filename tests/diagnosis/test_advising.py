@@ -83,6 +83,16 @@ def test_equals_are_told_apart_first_however_sure_it_is() -> None:
     assert [one.do.split()[0] for one in told[1:4]] == ["Let", "Turn", "Swap"]
 
 
+@pytest.mark.parametrize(
+    ("now", "is_told"), [(0.0, True), (1.0, False), (2.0, False), (3.0, False)]
+)
+def test_nobody_is_told_to_record_less_than_now(now: float, is_told: bool) -> None:
+    """LOG_DISARMED 2 and 3 record while disarmed as well."""
+    told = about_ending(end_of("impact"), False, log_of(LOG_DISARMED=now))
+    settings = [one.parameter for one in told if one.parameter is not None]
+    assert settings == ([Setting("LOG_DISARMED", now, 1.0)] if is_told else [])
+
+
 @pytest.mark.parametrize(("autopilot", "word"), [("ardupilot", "SERVO_BLH"), ("px4", "DSHOT")])
 def test_what_to_record_is_in_the_words_of_the_autopilot(autopilot: str, word: str) -> None:
     told = about_finding(finding(), log_of(autopilot), BANK)
@@ -115,7 +125,7 @@ def test_a_part_of_an_own_model_has_the_advice_of_its_group() -> None:
 
 def test_a_crash_begins_with_leaving_everything_as_it_lies() -> None:
     told = about_ending(end_of("impact"), False, log_of())
-    assert told[0].do.startswith("Before you touch anything")
+    assert told[0].do.startswith("Disarm, keep clear of the propellers")
 
 
 def test_motors_that_were_told_to_stop_ask_who_did() -> None:
