@@ -15,7 +15,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+_PX4_POSITION = 3
 _PX4_AUTO = 4
+_PX4_EXTERNAL = range(11, 19)  # sub modes of auto, of a companion
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,13 +124,19 @@ def mavlink_mode(custom_mode: int, *, autopilot: str, vehicle: str) -> str:
     --------
     >>> mavlink_mode(10, autopilot="ardupilot", vehicle="plane")
     'AUTO'
+    >>> mavlink_mode(4 << 16 | 12 << 24, autopilot="px4", vehicle="quad")
+    'EXTERNAL2'
     """
     table = data_table("modes_mavlink")
     if autopilot == "px4":
         main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
-        name = table["px4"]["main"].get(str(main), f"MODE_{main}")
+        name = str(table["px4"]["main"].get(str(main), f"MODE_{main}"))
+        if main == _PX4_POSITION:
+            return str(table["px4"]["position"].get(str(sub), name))
+        if main == _PX4_AUTO and sub in _PX4_EXTERNAL:
+            return f"EXTERNAL{1 + sub - _PX4_EXTERNAL.start}"
         auto = table["px4"]["auto"].get(str(sub)) if main == _PX4_AUTO else None
-        return f"{name}_{auto}" if auto else str(name)
+        return f"{name}_{auto}" if auto else name
     if autopilot != "ardupilot":
         return f"MODE_{custom_mode}"
     modes = table["modes"][table["mode_table"][vehicle]]

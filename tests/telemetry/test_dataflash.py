@@ -55,6 +55,30 @@ def small(count: int = 50) -> bytes:
     return b"".join(out)
 
 
+@pytest.mark.parametrize(
+    ("vehicle", "firmware", "reason", "right"),
+    [
+        ("quad", "ArduCopter V3.6.0", 4, "the battery failsafe"),
+        ("quad", "ArduCopter V4.6.3", 53, "an auxiliary function, as the pilot's switches have"),
+        ("rover", "ArduRover V3.2.0", 4, ""),  # there the end of the mission
+        ("rover", "ArduRover V3.2.0", 2, "the ground station or a companion"),
+        ("rover", "ArduRover V4.5.0", 4, "the battery failsafe"),
+        ("sub", "ArduSub V3.5.0", 12, ""),  # there the surface that was reached
+        ("sub", "ArduSub V4.1.0", 27, "the surface that was reached"),
+        ("plane", "ArduPlane V3.9.0", 9, ""),
+    ],
+)
+def test_a_number_that_meant_something_else_tells_nobody(load, vehicle, firmware, reason, right):
+    greeting = struct.pack("<Q64s", 500_000, firmware.encode())
+    modes = [(600_000, 0, 1), (700_000, 3, reason)]
+    made = fmt(60, "MODE", "QMBB", "TimeUS,Mode,ModeNum,Rsn") + b"\xa3\x95\x15" + greeting
+    for t, number, why in modes:
+        made += b"\xa3\x95\x3c" + struct.pack("<QBBB", t, number, number, why)
+    log = load(fmt(21, "MSG", "QZ", "TimeUS,Message") + made)
+    assert (log.vehicle, log.firmware) == (vehicle, firmware)
+    assert [e.by for e in log.events if e.kind == "mode"][-1] == right
+
+
 def test_commands_from_outside_that_act_on_outputs_are_told_once_each(load):
     def sent(t, number, first, second):
         return b"\xa3\x95\x3c" + struct.pack("<QHff", t, number, first, second)
@@ -339,6 +363,7 @@ def test_errors_of_the_firmware_are_told_in_words():
     told = error_words(6, 1)
     assert told == "battery failsafe: voltage or remaining charge below its limit"
     assert error_words(10, 6) == "flight mode number 6 could not be entered"
+    assert error_words(9, 8) == "fence breached: too low"
     assert error_words(16, 77) == "error of EKF check, code 77"
 
 

@@ -9,7 +9,7 @@ import pytest
 from fdi import units
 from fdi.errors import LogError, UsageError
 from fdi.telemetry import Channel
-from fdi.telemetry.catalogue import mavlink_meaning, mavlink_mode
+from fdi.telemetry.catalogue import is_failsafe_text, mavlink_meaning, mavlink_mode
 from fdi.telemetry.dialect import _classes
 
 from .build import Flight, mav, record
@@ -222,3 +222,20 @@ def test_severities_of_old_firmware_are_those_of_mavlink(load, greeting, recorde
     log = load(b"".join(sorted([*flight, *told], key=lambda r: r[:8])))
     found = [e.severity for e in log.events if e.text == "the text in question"]
     assert found == [means]
+
+
+@pytest.mark.parametrize(
+    ("text", "is_one"),
+    [
+        ("GPS Glitch", True),
+        ("GPS Glitch cleared", False),
+        ("EKF3 primary changed:1", True),
+        ("Max Alt and Circle fences breached", True),
+        ("Vibration compensation ON", True),
+        ("Vibration compensation OFF", False),
+        ("PreArm: Internal Errors 0x100", False),
+        ("Internal Errors 0x100 l:213", True),
+    ],
+)
+def test_a_text_says_that_a_failsafe_acts_or_that_it_is_over(text, is_one):
+    assert is_failsafe_text(text) is is_one

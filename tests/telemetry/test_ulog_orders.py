@@ -49,6 +49,10 @@ def test_what_the_failure_detector_finds_is_told_by_either_topic():
     assert found("failsafe", failure_detector_status=newer) == [
         (8.0, "failure detector: motor", "")
     ]
+    which = Topic(fd_motor=since(8.0), motor_failure_mask=since(8.0, 0b101))
+    assert [text for _, text, _ in found("failsafe", failure_detector_status=which)] == [
+        "failure detector: motor 1, 3"
+    ]
     older = Topic(failure_detector_status=since(8.0, 1 | 128))
     assert [text for _, text, _ in found("failsafe", vehicle_status=older)] == [
         "failure detector: roll",

@@ -32,12 +32,19 @@ from fdi.telemetry.quality import QualityRecord
 
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
-_EMERGENCY_STOP: Final = 54
+_STOPS: Final = {
+    54: "emergency stop: all motors are stopped by a switch",
+    56: "motor interlock: all motors are stopped by a switch",
+}
+"""EV.Id; of rotors, which run again where it is taken back."""
 _SAME_S: Final = 0.5  # s, in which EV and ARM tell of one arming
-_COMMON_REASONS: Final = 9  # MODE.Rsn below it means the same in all firmware
-_ONCE_OTHERWISE: Final = ("plane", "vtol", "rover")
+_COMMON_REASONS: Final = {"plane": 9, "vtol": 9, "sub": 12, "rover": 3, "boat": 3}
+"""MODE.Rsn below it means the same in all firmware; from it on otherwise in older ones."""
 _OWN_CODES: Final = ("flight mode", "EKF primary changed")  # ECode 0 is a number, not "resolved"
-_ALARMS: Final = ("failsafe", "crash check", "EKF check", "thrust loss check")
+_ALARMS: Final = (
+    *("failsafe", "crash check", "EKF check", "thrust loss check"),
+    *("CPU", "pilot input"),
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,8 +97,8 @@ def log_events(timed: Timed, vehicle: str, firmware: str | None) -> Iterator[Eve
     sent = sorted(timed.lines("MAVC", "Cmd", "P1", "P2"))
     yield from command_events(sent)
     for t, code in timed.lines("EV", "Id"):
-        if code == _EMERGENCY_STOP:
-            yield Event(t, "command", "emergency stop: all motors are stopped by a switch")
+        if code in _STOPS:
+            yield Event(t, "command", _STOPS[code])
     for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
         name = data_table("errors_dataflash")["subsystems"].get(str(subsystem), "")
         if code or name in _OWN_CODES:
@@ -116,10 +123,10 @@ def _arming(timed: Timed) -> Iterator[Event]:
 
 
 def _mode_orderer(reason: object, vehicle: str, firmware: str | None) -> str:
-    """Return who ordered a mode, "" where nobody can tell: planes once counted otherwise."""
+    """Return who ordered a mode, "" where nobody can tell: of old others meant others by them."""
     if not isinstance(reason, int):
         return ""
-    if reason >= _COMMON_REASONS and vehicle in _ONCE_OTHERWISE:
+    if reason >= _COMMON_REASONS.get(vehicle, np.inf):
         version = re.search(r" V?(\d+)\.(\d+)", firmware or "")
         if version is None or (int(version[1]), int(version[2])) < (4, 1):
             return ""
@@ -134,10 +141,17 @@ def error_words(subsystem: object, code: object) -> str:
     >>> error_words(6, 1), error_words(24, 1)
     ('battery failsafe: voltage or remaining charge below its limit', \
 'the estimator changed to core 1')
+    >>> error_words(9, 3)
+    'fence breached: too high, fence breached: too far from home'
     >>> error_words(3, 77), error_words(99, 1)
     ('error of compass, code 77', 'error of subsystem 99, code 1')
     """
     table = data_table("errors_dataflash")
+    bits = table["bits"].get(str(subsystem))
+    if bits and isinstance(code, int):
+        told = [words for bit, words in bits.items() if code & int(bit)]
+        if told:
+            return ", ".join(told)
     said = table["codes"].get(str(subsystem), {})
     words = said.get(str(code), said.get("#"))
     if words is not None:

@@ -333,7 +333,16 @@ def _failsafes(own: Messages) -> Iterator[Event]:
     for field, name in table["failure_detector_fields"].items():
         for t, state in _steps(own, "failure_detector_status", field):
             if state:
-                yield Event(t, "failsafe", f"failure detector: {name}")
+                which = _motors(own, t) if field == "fd_motor" else ""
+                yield Event(t, "failsafe", f"failure detector: {name}{which}")
+
+
+def _motors(own: Messages, t: float) -> str:
+    """Return which motors the failure detector means, "" where it does not tell."""
+    masks = [int(mask) for at, mask in _steps(own, "failure_detector_status", "motor_failure_mask")
+             if at <= t + _SAME_S]  # fmt: skip
+    mask = masks[-1] if masks else 0
+    return " " + ", ".join(str(n + 1) for n in range(16) if mask >> n & 1) if mask else ""
 
 
 def _reasons(own: Messages, t: float) -> list[str]:
