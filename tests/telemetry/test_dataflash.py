@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.formats.commands import MOST, command_events
 from fdi.telemetry.formats.dataflash.events import error_words
 from fdi.telemetry.formats.dataflash.layouts import CHARACTERS
 from fdi.telemetry.formats.dataflash.records import all_records
@@ -53,6 +54,17 @@ def small(count: int = 50) -> bytes:
             t = 1_000_000 + 100_000 * i
             add(20, "QBfhH", t, instance, i + 0.5, 2500, 300)
     return b"".join(out)
+
+
+def test_of_a_servo_that_is_moved_all_the_time_the_first_and_last_commands_are_told():
+    sent = [(0.02 * i, 183, 9.0, 1000.0 + i % 500) for i in range(10_000)]
+    told = [(e.t, e.text) for e in command_events([*sent, (999.0, 209, 2.0, 0.0)])]
+    assert len(told) == MOST + 1
+    assert told[0] == (0.0, "output 9 is to give 1000 us")
+    assert told[-2:] == [
+        (pytest.approx(199.98), "output 9 is to give 1499 us"),
+        (999.0, "motor 2 is to be tested"),
+    ]
 
 
 @pytest.mark.parametrize(
