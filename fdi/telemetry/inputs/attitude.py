@@ -58,7 +58,7 @@ def judge_attitude(messages: Mapping[str, Message], armed: Floats) -> Iterator[J
         off = (np.abs(up - G0) > GAINS) & (up / size < LEANS)
     half = first_half(np.ones(window.size, np.bool_))
     if off[half].mean() > MOST:
-        told = np.degrees(np.arccos(np.clip(np.median((up / size)[off]), -1.0, 1.0)))
+        told = np.degrees(np.arccos(np.clip(np.median(up[off] / size[off]), -1.0, 1.0)))
         why = f"the accelerometer feels the ground {told:.0f} degrees away from where it has it"
         yield judged(name, attitude, attitude.fields, False, why)
         return
