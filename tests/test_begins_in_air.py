@@ -1,6 +1,7 @@
 """A log whose first records are of a vehicle that flies already."""
 
 import re
+from importlib import import_module
 
 import pytest
 
@@ -17,6 +18,15 @@ def cut(name, start, tmp_path):
     path = tmp_path / "begins_in_air.tlog"
     path.write_bytes(joined(kept))
     return analyze(path)
+
+
+def test_what_is_violated_all_along_is_so_from_the_logs_beginning_on(tmp_path, monkeypatch):
+    name = "plane_engine_failure_stall.tlog"
+    module = import_module("fdi.diagnosis.stood_out")
+    monkeypatch.setattr(module, "violated_from_start", lambda _: {0: 0.9})
+    for found, what in ((analyze(EXAMPLES / name), "flight"), (cut(name, 18.0, tmp_path), "log")):
+        (fact,) = (one for one in found.stood_out if "in 90 % of it" in one.text)
+        assert f"from the beginning of the {what} on" in fact.text
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,8 @@ carry nothing, whatever two other sources say: what falls is met by the search f
 _HOVERS: Final = ((0.4, 0.7), (-MOST, 0.75 * MOST))  # by the throttle over that of a hover
 STANDS: Final = 0.1
 """Of its usual speed; wings that go slower, over ground and through the air, up and down, stand: in
-the air only a wind within a tenth of their own speed would hold them there."""
+the air only a wind within a tenth of their own speed would hold them there. With half or twice as
+much no take-off or landing that was read from plots moves."""
 FAST: Final = 6.0
 """m/s, slower than wings fly."""
 ON_EDGE: Final = 0.3

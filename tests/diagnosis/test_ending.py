@@ -113,6 +113,12 @@ def test_a_test_that_left_health_before_its_alarm_is_told_once_from_then_on():
     assert [(one.at, one.kind) for one in ending.first] == [(82.0, "alarm")]
 
 
+def test_a_centred_window_that_feels_a_change_before_it_dates_nothing_earlier():
+    delay = np.full(len(BANK.generators), 2.0)
+    (ending,) = answer({SKY: [(85, 88)]}, delay_s=delay).endings
+    assert [one.at for one in ending.first] == [86.5]  # as the alarm that it becomes
+
+
 def test_what_a_fall_out_of_control_looks_like_leads_the_verdict():
     for lost_by, said in (
         ("stop", "All motors were told to stop in the air (log 80.0 s) and the log shows no"),

@@ -175,6 +175,14 @@ def test_a_filter_that_follows_speeds_that_nobody_tells():
     assert told(values | {"INS_HNTCH_ENABLE": 0}, format="dataflash") == []
 
 
+@pytest.mark.parametrize("key", ["ESC", "ESC[8]", "ESC_TELEMETRY_1_TO_4"])
+def test_any_controller_that_tells_its_speed_is_enough_for_such_a_filter(key):
+    values = {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_MODE": 3}
+    log = log_from_columns({"t": T, f"{key}.rpm": T}, {})
+    log = replace(log, parameters=values, vehicle="quad", autopilot="ardupilot", format="dataflash")
+    assert safety_net(log) == ()
+
+
 def outputs(*functions):
     return {f"SERVO{n}_FUNCTION": value for n, value in enumerate(functions, 1)}
 

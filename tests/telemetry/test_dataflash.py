@@ -56,6 +56,14 @@ def small(count: int = 50) -> bytes:
     return b"".join(out)
 
 
+@pytest.mark.parametrize(("code", "word"), [(54, "emergency stop"), (56, "motor interlock")])
+def test_a_switch_that_stops_all_motors_is_a_command(load, code, word):
+    event = b"\xa3\x95\x3c" + struct.pack("<QB", 2_000_000, code)
+    log = load(small() + fmt(60, "EV", "QB", "TimeUS,Id") + event)
+    (told,) = (e.text for e in log.events if e.kind == "command")
+    assert told.startswith(word)
+
+
 def test_of_a_servo_that_is_moved_all_the_time_the_first_and_last_commands_are_told():
     sent = [(0.02 * i, 183, 9.0, 1000.0 + i % 500) for i in range(10_000)]
     told = [(e.t, e.text) for e in command_events([*sent, (999.0, 209, 2.0, 0.0)])]

@@ -171,6 +171,17 @@ def test_modes_of_unknown_autopilots_are_numbers():
     assert mavlink_mode(3, autopilot="generic", vehicle="quad") == "MODE_3"
 
 
+@pytest.mark.parametrize(
+    ("main", "sub", "right"),
+    [
+        *((3, 0, "POSCTL"), (3, 1, "ORBIT"), (3, 2, "POSITION_SLOW"), (4, 9, "AUTO_PRECLAND")),
+        *((4, 11, "EXTERNAL1"), (4, 18, "EXTERNAL8"), (4, 19, "AUTO"), (10, 0, "TERMINATION")),
+    ],
+)
+def test_px4s_modes_are_named_in_telemetry_as_in_its_own_log(main, sub, right):
+    assert mavlink_mode(main << 16 | sub << 24, autopilot="px4", vehicle="quad") == right
+
+
 def test_frame_is_pandas_in_si_with_texts(load):
     log = load(Flight().bytes())
     frame = log["ATTITUDE"].frame()

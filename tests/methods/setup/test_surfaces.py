@@ -8,6 +8,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from telemetry.build import record
 
 from fdi import analyze
+from fdi.methods.columns import Columns
+from fdi.methods.response import response_columns
 from fdi.methods.setup import Check
 from fdi.methods.setup.surfaces import check_surfaces
 from fdi.telemetry import read
@@ -132,6 +134,14 @@ def test_a_plane_that_rolls_over_as_it_is_launched_has_its_ailerons_reversed(
     (check,) = (one for one in found.setup if one.name == "ailerons")
     assert check.verdict == "wrong"
     assert [setting.name for setting in check.settings] == ["SERVO1_REVERSED"]
+
+
+def test_an_angle_rolled_against_the_ailerons_counts_from_when_it_is_rolled(tmp_path: Path) -> None:
+    found = response_columns(read(launched(tmp_path / "plane.tlog", -1)))
+    assert isinstance(found, Columns)
+    angle = found.values["rolled_against"]
+    assert (angle[found.t < 4.5] == 0).all()  # it lies in a hand
+    assert angle[(found.t > 11.0) & (found.t < 13.0)].min() > np.pi / 2
 
 
 @pytest.mark.parametrize("rate", [4.0, 25.0])
