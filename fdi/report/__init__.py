@@ -9,7 +9,7 @@ is left out and nothing is said that it does not know. ``Analysis`` -> folder, t
 - ``html.py`` and ``templates/``: one page to hand over; ``page/``: its plots, drawings and scripts
 - ``explained.py``: what a test did, and why it was judged or not
 - ``figures.py``: fault grid and isolability matrix, as pictures
-- ``style.py``: what all figures have in common
+- ``style.py``: what all figures have in common; ``waterfall.py``: what pictures of vibrations show
 - ``tables.py``: CSV and Parquet; ``json_text.py``: JSON that is the same byte for byte
 - ``methods_document.py``: what methods beside the model's tests show, for analysis.json
 - ``analysis_document.py``, ``log_document.py``, ``model_document.py``: what ``fdi analyze``,

@@ -81,6 +81,7 @@ def test_the_policy_allows_these_scripts_and_styles_and_nothing_else(hostile: st
         "style-src": [named(style)],
         "base-uri": ["'none'"],
         "form-action": ["'none'"],
+        "img-src": ["data:"],
     }
     assert len(scripts) == 2
 

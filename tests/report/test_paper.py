@@ -16,8 +16,9 @@ from fdi.report.page.evidence import Court
 from fdi.report.paper import DPI, FIGURES, draw
 from fdi.report.paper.column import thinned
 from fdi.report.paper.grid import MOST_ROWS, grid_rows
-from fdi.report.paper.spectrum import MOST_COLUMNS, _fewer, _with_pauses
 from fdi.report.style import image
+from fdi.report.waterfall import MOST_COLUMNS, columns_of, with_pauses
+from fdi.telemetry.spectra import Spectrum
 
 from .build import NOTHING
 from .test_figures import texts
@@ -96,14 +97,16 @@ def test_a_waterfall_has_every_sensor_and_where_its_line_is():
 
 def test_a_pause_in_a_waterfall_is_empty_and_columns_are_means():
     t = np.array([0.0, 1.0, 2.0, 8.0, 9.0])
-    times, level = _with_pauses(t, np.arange(5.0)[None])
+    times, level = with_pauses(t, np.arange(5.0)[None])
     np.testing.assert_array_equal(times, [0.0, 1.0, 2.0, 3.0, 7.0, 8.0, 9.0])
     np.testing.assert_array_equal(level[0], [0.0, 1.0, 2.0, np.nan, np.nan, 3.0, 4.0])
     count = 2 * MOST_COLUMNS - 1
-    times, level = _fewer(np.arange(count, dtype=float), np.ones((3, count)))
+    t, power = np.arange(count, dtype=float), np.full((3, count), 10.0)
+    one = Spectrum("gyroscope", "GYR", 400.0, t, np.arange(3.0), power)
+    times, level = columns_of(one, (0.0, count))
     assert times.size == MOST_COLUMNS
     np.testing.assert_allclose(times[[0, 1, -1]], [0.5, 2.5, count - 1])
-    np.testing.assert_allclose(level, 1.0)
+    np.testing.assert_allclose(level, 10.0)  # dB
 
 
 @pytest.fixture(scope="module")

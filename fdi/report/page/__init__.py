@@ -5,6 +5,7 @@ script but ours, reads as well without scripts and on paper, and shows what was 
 what was predicted. ``Analysis`` -> ``Page``; the room above puts it into the template.
 
 - ``document.py``: all of it, from the parts below
+- ``waterfall.py``: vibrations over time and frequency, behind the motors' rates
 - ``overview.py``, ``track.py``, ``marks.py``: plots of the flight, its way over ground, modes,
   events and the fault grid
 - ``evidence.py``: the case against who is accused; ``sides.py``: measured against predicted

@@ -22,6 +22,7 @@ from fdi.report.page.panel import Panel, panel_json
 from fdi.report.page.script import json_for_page
 from fdi.report.page.suspects import does_as_well_as_its_parts
 from fdi.report.page.track import track, track_json
+from fdi.report.page.waterfall import waterfalls
 from fdi.report.style import GROUP_COLOURS
 from fdi.result import Analysis
 
@@ -103,7 +104,7 @@ def page_of(analysis: Analysis) -> Page:
     span = marks.extent(analysis)
     events = marks.marks(analysis)
     ground = _Ground(marks.modes(analysis.log), _lines(events))
-    panels = overview(analysis.log)
+    panels = [*overview(analysis.log), *waterfalls(analysis.log, span)]
     way = track(analysis.log)
     rows = marks.grid_rows(analysis)
     findings, firsts = _cases(analysis)

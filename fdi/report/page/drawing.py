@@ -7,6 +7,7 @@ class, so that they are right on light and dark ground.
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
@@ -89,6 +90,7 @@ def panel_svg(
     parts = [
         f'<svg class="plot" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{label}">',
         *_bands(bands, span, x),
+        *_picture(panel, span, x),
         *(
             f'<rect class="hot" x="{x(a):.1f}" y="{TOP}" width="{max(x(b) - x(a), 1):.1f}" '
             f'height="{HEIGHT}"/>'
@@ -131,6 +133,8 @@ def _within(t: Floats, values: Floats, span: tuple[float, float]) -> tuple[Float
 
 def _range(panel: Panel, columns: Sequence[Floats]) -> tuple[float, float]:
     """Return what to show: all of the curves, and of a bound where it mostly is."""
+    if panel.picture:
+        return 0.0, panel.picture.top
     known = [column[np.isfinite(column)] for column in columns]
     known = [
         np.median(column, keepdims=True) if curve.look == "bound" and column.size else column
@@ -162,6 +166,17 @@ def _clipped(
     for start, end in bars:
         if end > span[0] and start < span[1]:
             yield max(start, span[0]), min(end, span[1])
+
+
+def _picture(panel: Panel, span: tuple[float, float], x: Any) -> Iterator[str]:
+    if panel.picture is None:
+        return
+    start, end = panel.picture.t
+    yield (
+        f'<image x="{x(start):.1f}" y="{TOP}" width="{x(end) - x(start):.1f}" height="{HEIGHT}" '
+        f'preserveAspectRatio="none" '
+        f'href="data:image/png;base64,{base64.b64encode(panel.picture.png).decode()}"/>'
+    )
 
 
 def _bands(

@@ -49,6 +49,15 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """What lies behind the curves of a plot, as PNG: from ``t[0]`` to ``t[1]``, s, 0 to ``top``."""
+
+    png: bytes
+    t: tuple[float, float]
+    top: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Panel:
     """A plot.
 
@@ -60,6 +69,8 @@ class Panel:
         s; when an alarm stood.
     keep : (float, float) or None
         What lies between these times goes before the rest.
+    picture : Picture, optional
+        Then its axis is that of the picture, whatever the curves do.
     """
 
     title: str
@@ -67,6 +78,7 @@ class Panel:
     curves: tuple[Curve, ...]
     hot: Sequence[Sequence[float]] = ()
     keep: tuple[float, float] | None = None
+    picture: Picture | None = None
 
 
 def coloured(panel: Panel) -> list[tuple[Curve, int]]:
@@ -102,4 +114,6 @@ def panel_json(panel: Panel) -> dict[str, Any]:
     found |= {"curves": curves, "t": columns}
     if len(panel.hot):
         found["hot"] = [[round(edge, 2) for edge in one] for one in panel.hot]
+    if panel.picture:  # it is in the drawing; a page holds it once
+        found["picture"] = {"t": panel.picture.t, "top": panel.picture.top}
     return found

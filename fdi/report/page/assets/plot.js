@@ -20,6 +20,7 @@ function tableOf(panel) {
 /** Return the range of what is shown, a little wider: all of the curves, and of a bound where it
  *  mostly is, since one that soars in a manoeuvre would dwarf the rest. */
 function rangeOf(plot, [from, to], panel) {
+  if (panel.picture) return [0, panel.picture.top];
   let low = Infinity, high = -Infinity;
   const t = plot.data[0];
   const first = Math.max(before(t, from), 0);
@@ -57,6 +58,29 @@ function bandsOf(plot, panel) {
   ctx.restore();
 }
 
+/** Return the picture behind a panel's curves, which stands in its drawing; null where there is none. */
+function pictureOf(inside, panel, onLoad) {
+  const still = panel.picture ? inside.querySelector(".still image") : null;
+  if (!still) return null;
+  const found = new Image();
+  found.addEventListener("load", onLoad);
+  found.src = still.href.baseVal;
+  return found;
+}
+
+/** Draw as much of a picture as lies within the shown time. */
+function drawPicture(plot, picture, { t: [from, to], top }) {
+  if (!picture?.naturalWidth) return;
+  const { ctx, bbox } = plot;
+  const x = (t) => plot.valToPos(t, "x", true), y = (v) => plot.valToPos(v, "y", true);
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.drawImage(picture, x(from), y(top), x(to) - x(from), y(0) - y(top));
+  ctx.restore();
+}
+
 function linesOf(plot) {
   const { ctx, bbox } = plot;
   strokeMarks(ctx, (t) => plot.valToPos(t, "x", true), [bbox.left, bbox.left + bbox.width], [bbox.top, bbox.top + bbox.height], devicePixelRatio);
@@ -81,6 +105,7 @@ function makePlot(inside, panel, clock, height = 170) {
   live.addEventListener("focus", () => { clockInUse = clock; });
   inside.append(live);
   const table = tableOf(panel);
+  const picture = pictureOf(inside, panel, () => made.redraw());
   const wide = () => Math.max(live.clientWidth, 200);
   const axis = () => ({ stroke: colour("soft"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") }, font: "11px system-ui, sans-serif" });
   const options = () => ({
@@ -102,7 +127,7 @@ function makePlot(inside, panel, clock, height = 170) {
       })),
     ],
     hooks: {
-      drawClear: [(plot) => bandsOf(plot, panel)],
+      drawClear: [(plot) => { bandsOf(plot, panel); if (picture) drawPicture(plot, picture, panel.picture); }],
       draw: [linesOf],
       setSelect: [(plot) => {
         if (plot.select.width < 4) return;
