@@ -130,7 +130,7 @@ def score(label: Label, row: Mapping[str, Any], bare: Mapping[str, Any] | None =
         in_three=any(f["rank"] <= FIRST for f in right),
         timely=any(_is_timely(f, label) for f in right),
         delay=_delay(right, label),
-        false=tuple(dict.fromkeys(f["component"] for f in early)),
+        false=_false(early, label),
         wrong=tuple(
             dict.fromkeys(f["component"] for f in findings if not is_right(f["component"], label))
         ),
@@ -141,6 +141,16 @@ def score(label: Label, row: Mapping[str, Any], bare: Mapping[str, Any] | None =
         error=row["error"],
         bare=None if bare is None else score(label, bare),
     )
+
+
+def _false(early: Sequence[Mapping[str, Any]], label: Label) -> tuple[str, ...]:
+    """Return the components accused without a fault.
+
+    Of a flight on which nothing failed what the label accepts is none: whoever labelled it could
+    not say that this component was sound.
+    """
+    named = dict.fromkeys(f["component"] for f in early)
+    return tuple(one for one in named if label.faults or one not in label.accept)
 
 
 def _fate(label: Label, row: Mapping[str, Any], right: Sequence[Mapping[str, Any]]) -> str:

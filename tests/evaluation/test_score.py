@@ -51,6 +51,15 @@ def test_two_seconds_before_the_true_onset_still_count_and_more_is_false():
     assert not early.detected
 
 
+def test_what_a_healthy_flights_label_accepts_is_no_false_accusation():
+    """Whoever labelled it could not say that this part was sound."""
+    one = score(label(accept=("motor_4",)), row(("motor_4", 5.0), ("gps", 9.0)))
+    assert one.false == ("gps",)
+    assert one.wrong == ("gps",)
+    early = score(label(GPS, accept=("motor_4",)), row(("motor_4", 5.0)))
+    assert early.false == ("motor_4",)
+
+
 def test_rank_one_decides_who_is_named_first():
     one = score(label(GPS), row(("estimator", 40.5), ("gps", 41.0)))
     assert one.detected
