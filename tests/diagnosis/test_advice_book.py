@@ -28,15 +28,20 @@ CHECKS = (
     "elevator",
     "rudder",
     "accelerometer 2",
+    "weight on accelerometer 1",
     "gyroscopes",
+    "gyroscopes at rest",
     "compass 1",
     "heading",
     "declination",
+    "field at compass 2",
     "agreement of compass 2",
     "offsets of compass 3",
     "interference at compass 2",
+    "vibration",
     "thrust to weight",
     "motor limits",
+    "battery",
 )
 
 

@@ -16,9 +16,11 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``orientation.py``: which parameter says how a compass is mounted
 - ``turned.py``: by what angle a compass is turned about the vertical, without a heading
 - ``agreement.py``: do compasses point the same way before take-off?
-- ``compass.py``, ``field.py``, ``heading.py``: compasses, and the heading against the receiver
+- ``compass.py``, ``field.py``, ``heading.py``: compasses, the field at them, and the heading
+  against the receiver
 - ``witnesses.py``: which compass is wrong by itself, where others fit with the same attitude
 - ``mounting.py``: accelerometers and gyroscopes
+- ``vibration.py``: how much it shakes, by what the autopilot's makers call too much
 - ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down
 - ``interval.py``: how far may be off what was measured
 """

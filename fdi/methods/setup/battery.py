@@ -2,9 +2,10 @@
 
 In: a log. Out: one `Check`, none where the autopilot has no limit or the log no voltage. The limits
 are the vehicle's own: ``BATT_CRT_VOLT``, ``BATT_LOW_VOLT`` (ArduPilot; 0 sets none; before 4.0
-``FS_BATT_VOLTAGE``), which act after ``BATT_LOW_TIMER`` seconds; of PX4, which weighs the voltage
-by load and cells itself, what it makes of that: ``BAT_CRIT_THR``, ``BAT_LOW_THR`` of the charge. An
-empty battery is no mistake of the set-up, so nothing is wrong here: it strikes.
+``FS_BATT_VOLTAGE``, before 3.1 ``LOW_VOLT``), which act after ``BATT_LOW_TIMER`` seconds; of PX4,
+which weighs the voltage by load and cells itself, what it makes of that: ``BAT_CRIT_THR``,
+``BAT_LOW_THR`` of the charge. An empty battery is no mistake of the set-up, so nothing is wrong
+here: it strikes.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from fdi.telemetry import Log
 from fdi.windows import runs_of
 
 NAME: Final = "battery"
-_VOLTS: Final = ("BATT_CRT_VOLT", "FS_BATT_VOLTAGE", "BATT_LOW_VOLT")
+_VOLTS: Final = ("BATT_CRT_VOLT", "FS_BATT_VOLTAGE", "BATT_LOW_VOLT", "LOW_VOLT")
 _SHARES: Final = ("BAT_CRIT_THR", "BAT_LOW_THR")
 _TIMER_S: Final = 10.0
 """BATT_LOW_TIMER, by default."""

@@ -33,7 +33,7 @@ from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
 COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
-_FIELDS: Final = ("xmag", "ymag", "zmag")
+FIELDS: Final = ("xmag", "ymag", "zmag")
 MISSES: Final = "miss_as_set_deg"
 """Of the numbers of a compass' check, by what angle its readings miss the Earth's field."""
 ATTITUDE: Final = ("estimator",)
@@ -54,7 +54,9 @@ _NOISE: Final = 0.05
 _FEW: Final = 30
 _MOST: Final = 3000
 """Readings, evenly thinned from more: neighbours say the same."""
-_LEAST_T: Final = 1e-5  # a compass that reads less than half of the weakest field reads nothing
+WEAKEST_T: Final = 185e-7
+STRONGEST_T: Final = 875e-7
+"""Of the fields with which ArduPilot arms (AP_Arming, AP_COMPASS_MAGFIELD_MIN and _MAX)."""
 
 
 class Fit(NamedTuple):
@@ -73,7 +75,7 @@ def check_compasses(log: Log) -> Iterator[Check]:
     """Yield for each compass of a log whether it is turned."""
     known, model = attitude(log), earth_field(log)
     found = all_readings(log)
-    if not found:
+    if not any(series(log, key, FIELDS) for key in COMPASSES):
         yield Check("compass", "not known", "the log holds no readings of a compass")
     for number, readings in found.items():
         name = f"compass {number}"
@@ -132,7 +134,7 @@ def all_readings(log: Log) -> dict[int, Series]:
 
 def compass_readings(log: Log, key: str) -> Series | None:
     """Return what a compass reads, (3, n) T; None for one that is not there or says nothing."""
-    found = series(log, key, _FIELDS)
+    found = series(log, key, FIELDS)
     return found if found is not None and np.any(np.ptp(found.values, axis=1)) else None
 
 
@@ -173,8 +175,9 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting
     if len(field) < _FEW:
         return Check(name, "not known", "the log holds too few readings in flight")
     strength = float(np.median(np.linalg.norm(field, axis=1)))
-    if strength < _LEAST_T:
-        return Check(name, "not known", f"it reads {strength * 1e7:.0f} mgauss, which is no field")
+    if not WEAKEST_T <= strength <= STRONGEST_T:
+        said = f"it reads {strength * 1e7:.0f} mgauss, which is no field of the Earth"
+        return Check(name, "not known", said)
     ways = (*sensor_rotations(), *_reversed())
     fits = sorted((_fit(turn, field, model, way) for way in ways), key=lambda fit: fit.miss)
     told = next(fit for fit in fits if fit.rotation.name == "NONE")

@@ -5,8 +5,10 @@ In: a log. Out: a `Check` for each of these.
 ================  ==================================================================================
 declination       ``COMPASS_DEC`` or ``EKF2_MAG_DECL`` where it is used, against the World Magnetic
                   Model at the place of the flight
+strength          of the field against what ArduPilot arms with
 offsets           ``COMPASS_OFS_X``, ``_Y``, ``_Z`` (``OFS2``, ``OFS3``) against the largest that
-                  ArduPilot accepts: ``COMPASS_OFFS_MAX``, 1800 mgauss by default (AP_Compass)
+                  ArduPilot accepts: ``COMPASS_OFFS_MAX``, by default 1800 mgauss; before there was
+                  that parameter 600 (AP_Compass.h, COMPASS_OFFSETS_MAX, up to Copter 3.4)
 interference      how far readings move with the battery's current, per ampere, beside the turning
                   of the vehicle; at the largest current in flight against the Earth's field. Above
                   30 % is a grey zone, above 60 % bad, says ArduPilot of its compassmot
@@ -22,20 +24,31 @@ import numpy as np
 
 from fdi.methods.setup.compass import (
     COMPASSES,
+    FIELDS,
+    STRONGEST_T,
+    WEAKEST_T,
     as_used,
     compass_readings,
     earth_field,
     in_flight,
+    use_parameter,
 )
-from fdi.methods.setup.interval import Interval, in_percent, numbers_of
-from fdi.methods.setup.records import Series, attitude, series
+from fdi.methods.setup.interval import Interval, Mask, by_parts, in_percent, numbers_of
+from fdi.methods.setup.orientation import place_of
+from fdi.methods.setup.records import Series, attitude, series, stretches, within
+from fdi.methods.setup.turned import FITS
 from fdi.methods.setup.values import Check, Setting, Verdict
 from fdi.model.world import world_value
 from fdi.telemetry import Log
 from fdi.telemetry.message import Floats
 
 _DECLINATION_OFF: Final = np.radians(10.0)
-_LARGEST_MG: Final = 1800.0
+_STANDS_IN: Final = (
+    "so much that it may stand in for the orientation of a compass that is mounted turned; to set "
+    "one of both alone would turn the heading by as much"
+)
+_LARGEST_MG: Final = (600.0, 1800.0)
+"""Where the log does not tell it: of old firmware and of new."""
 _GREY: Final = 0.3
 _BAD: Final = 0.6
 _SURE: Final = 5.0  # standard errors
@@ -58,6 +71,9 @@ def check_declination(log: Log) -> Iterator[Check]:
     words = f"set to {here:.1f} degrees, the place has {there:.1f}"
     verdict: Verdict = "wrong" if abs(off) > _DECLINATION_OFF else "in order"
     numbers = {"set_deg": float(here), "place_deg": float(there)}
+    if abs(off) > FITS:
+        yield Check(name, "not known", f"{words}: {_STANDS_IN}", numbers, strikes=True)
+        return
     why = f"The place has {there:.1f} degrees, and {here:.1f} are used"
     settings = _by_the_place(log, why) if verdict == "wrong" else ()
     yield Check(name, verdict, words, numbers, settings)
@@ -85,6 +101,46 @@ def _declination(log: Log) -> float | None:
     return None
 
 
+def check_strength(log: Log) -> Iterator[Check]:
+    """Yield whether a compass reads a field that may be the Earth's."""
+    for number, key in enumerate(COMPASSES, 1):
+        records = series(log, key, FIELDS, in_units=True)
+        if records is None:
+            continue
+        name, flying = f"field at compass {number}", within(records.t, stretches(log))
+        if not np.any(np.ptp(records.values, axis=1)):
+            # telemetry sends nothing but 0 of a compass that is not there
+            if log.parameters.get(use_parameter(number)):
+                yield _constant(name, records)
+        elif flying.sum() >= _LEAST:
+            yield as_used(_strength(name, log, records, flying), log, number)
+
+
+def _constant(name: str, records: Series) -> Check:
+    told = ", ".join(f"{1e7 * axis[0]:.0f}" for axis in records.values)
+    words = f"it measures nothing: each of its {records.t.size} records is {told} mgauss"
+    return Check(name, "wrong", words)
+
+
+def _strength(name: str, log: Log, records: Series, flying: Mask) -> Check:
+    sizes = 1e7 * np.linalg.norm(records.values, axis=0)
+    low, high = 1e7 * WEAKEST_T, 1e7 * STRONGEST_T
+    own = sizes[flying]
+    reads = by_parts(lambda some: float(np.median(own[some])), own.size, 0.0)
+    numbers = numbers_of("field_mgauss", reads)
+    words = f"in flight it reads {reads.value:.0f} mgauss"
+    stands = records.t < min(part.start for part in stretches(log))
+    if stands.sum() >= _LEAST:
+        before = float(np.median(sizes[stands]))
+        words += f", before it {before:.0f}"
+        numbers["before_mgauss"] = before
+    if low <= reads.least and reads.most <= high:
+        return Check(name, "in order", words, numbers)
+    words += f", and ArduPilot arms with {low:.0f} to {high:.0f}"
+    sure = reads.most < low or reads.least > high
+    return Check(name, "wrong" if sure else "not known", words, numbers, strikes=True)
+
+
 def check_offsets(log: Log) -> Iterator[Check]:
     """Yield whether the offsets of a compass are larger than its autopilot accepts."""
     for number, mark in enumerate(("", "2", "3"), 1):
@@ -92,10 +148,12 @@ def check_offsets(log: Log) -> Iterator[Check]:
         if any(one is None for one in found) or not any(found):
             continue
         size = float(np.linalg.norm([float(one or 0.0) for one in found]))
-        most = log.parameters.get("COMPASS_OFFS_MAX", _LARGEST_MG)
-        words = f"{size:.0f} mgauss, accepted up to {most:.0f}"
-        name = f"offsets of compass {number}"
-        verdict: Verdict = "wrong" if size > most > 0 else "in order"
+        told = log.parameters.get("COMPASS_OFFS_MAX", 0.0)
+        least, most = (told, told) if told > 0 else _LARGEST_MG
+        old = "" if least == most else f" ({least:.0f} by firmware before Copter 3.5)"
+        words = f"{size:.0f} mgauss, accepted up to {most:.0f}{old}"
+        name = f"offsets of compass {place_of(log.parameters, number)}"
+        verdict: Verdict = "wrong" if size > most else "in order" if size <= least else "not known"
         yield Check(name, verdict, words, {"offset_mgauss": size, "largest_mgauss": most})
 
 

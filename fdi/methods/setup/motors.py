@@ -44,7 +44,8 @@ _BESIDE: Final = 0.1
 """An axis that turns by less than this share of the one that turns most tells nothing."""
 _MOST_NAMED: Final = 3
 _EXPO: Final = {"ardupilot": ("MOT_THST_EXPO", 0.65), "px4": ("THR_MDL_FAC", 0.0)}
-_SPIN: Final = (("MOT_SPIN_MIN", 0.15), ("MOT_SPIN_MAX", 0.95))
+_SPIN: Final = ((("MOT_SPIN_MIN",), 0.15), (("MOT_SPIN_MAX", "MOT_THST_MAX"), 0.95))
+"""How they are called, the newest name first (MOT_THST_MAX: Copter 3.3), and their defaults."""
 _AXES: Final = ("roll", "pitch", "yaw")
 
 
@@ -103,13 +104,25 @@ def motor_thrusts(log: Log, motors: tuple[Motor, ...]) -> Series | None:
 def thrust_of(log: Log, share: Floats) -> Floats:
     """Return thrusts, 0 to 1, for outputs as shares of their range, by the curve that is set.
 
-    ArduPilot's AP_MotorsMulticopter: between MOT_SPIN_MIN and MOT_SPIN_MAX, (1 - e) x + e x2.
+    ArduPilot's AP_MotorsMulticopter: between MOT_SPIN_MIN and MOT_SPIN_MAX, (1 - e) x + e x2;
+    before Copter 3.3 two straight pieces, to MOT_TCRV_MIDPCT and MOT_TCRV_MAXPCT, or one.
     """
+    curve = log.parameters.get("MOT_TCRV_ENABLE")
+    if curve is not None:
+        middle, most = (
+            log.parameters.get(f"MOT_TCRV_{end}PCT", own) / 100 if curve else own / 100
+            for end, own in (("MID", 50.0), ("MAX", 100.0))
+        )
+        if 0 < middle < most:
+            return np.asarray(np.interp(share, [0.0, middle, most], [0.0, 0.5, 1.0]))
     name, usual = _EXPO.get(log.autopilot, ("", 0.0))
     bend = min(max(log.parameters.get(name, usual), 0.0), 1.0)
     low, high = 0.0, 1.0
     if log.autopilot == "ardupilot":
-        low, high = (log.parameters.get(spin, own) for spin, own in _SPIN)
+        low, high = (
+            next((log.parameters[n] for n in names if n in log.parameters), own)
+            for names, own in _SPIN
+        )
     if not 0 <= low < high <= 1:
         low, high = 0.0, 1.0
     x = np.clip((share - low) / (high - low), 0.0, 1.0)

@@ -39,6 +39,14 @@ _STILL: Final = 0.05  # rad/s
 _WHOLE: Final = 0.2  # share of g by which what is read at rest may differ from g
 OFF: Final = 0.08 * _G
 """m/s^2: the zero-g offset of an accelerometer that nobody has calibrated (InvenSense MPU-6000)."""
+TURNS_AT_REST: Final = np.radians(5.0)
+"""rad/s: with gyroscopes that far from each other ArduPilot does not arm (AP_Arming)."""
+_REST_S: Final = 2.0
+_RECORDS: Final = 5  # of a stretch so long
+_RESTS: Final = 3
+_QUIET: Final = np.array([0.1, 0.1, 0.1, 0.02, 0.02, 0.02])
+"""m/s^2 and rad/s: scatter of a vehicle that stands with its motors off, several times the noise of
+the sensors (MPU-6000: 0.03 m/s^2 and 0.001 rad/s within 50 Hz)."""
 _FEW: Final = 20
 _EXPLAINS: Final = 0.7
 _LITTLE: Final = 0.2
@@ -55,9 +63,40 @@ def check_mounting(log: Log) -> Iterator[Check]:
         if force is not None:
             yield _upright(f"accelerometer {number}", log, force)
     turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"), in_units=True)
+    yield from _zero_rate(log)
     known = attitude(log)
     if turned is not None and known is not None:
         yield _turning(log, turned, known)
+
+
+def _zero_rate(log: Log) -> Iterator[Check]:
+    """Yield what the gyroscopes read while their accelerometer rests and nothing flies.
+
+    Before they rest on the ground they are calibrated, so that nothing is left of their own offset.
+    """
+    read = series(
+        log, "RAW_IMU", ("xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro"), in_units=True
+    )
+    if read is None:
+        return
+    free = ~within(read.t, stretches(log))
+    block = np.floor((read.t - read.t[0]) / _REST_S).astype(np.int64)
+    still = []
+    for rows in np.split(np.arange(read.t.size), np.flatnonzero(np.diff(block)) + 1):
+        some = read.values[:, rows]
+        shakes = np.std(some, axis=1)
+        if rows.size >= _RECORDS and free[rows].all() and not np.any(shakes > _QUIET):
+            still.append(np.median(some[3:], axis=1))
+    if len(still) < _RESTS:
+        return
+    size = float(np.linalg.norm(np.median(still, axis=0)))
+    name, told = "gyroscopes at rest", f"they read {np.degrees(size):.1f} degrees a second"
+    numbers = {"rate_deg_s": float(np.degrees(size))}
+    if size > TURNS_AT_REST:
+        told += ", while the accelerometer says that the vehicle lies still"
+        yield Check(name, "wrong", told, numbers)
+    else:
+        yield Check(name, "in order", told, numbers)
 
 
 def _upright(name: str, log: Log, force: Series) -> Check:
@@ -87,7 +126,8 @@ def _upright(name: str, log: Log, force: Series) -> Check:
     # of the others nobody knows whether they are recorded as calibrated
     if name == _FIRST and abs(weight - _G) > OFF:
         words = f"at rest it reads {weight:.2f} m/s2, where its weight is {_G:.2f}"
-        return Check(name, "wrong", words, {**numbers, "force_m_s2": weight}, strikes=True)
+        numbers |= {"force_m_s2": weight}
+        return Check("weight on accelerometer 1", "wrong", words, numbers, strikes=True)
     angle = in_degrees(off)
     words = f"{where} what holds the vehicle up points {angle} off its top"
     verdict, strikes = verdict_of(off, fine=FITS, bad=TURNED), bool(off.value > TURNED)

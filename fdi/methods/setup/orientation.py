@@ -56,6 +56,12 @@ def turned_by(rotation: Rotation, told_by: Setting | None, why: str) -> tuple[Se
     return ()
 
 
+def place_of(parameters: Mapping[str, float], found: int) -> int:
+    """Return the number by which a log knows the compass that ArduPilot found as which, from 1."""
+    numbers = (n for n in range(1, _MOST + 1) if _found_as(parameters, n) == found)
+    return next(numbers, found)
+
+
 def _setting(name: str, parameters: Mapping[str, float]) -> Setting | None:
     return Setting(name, parameters[name]) if name in parameters else None
 

@@ -23,6 +23,7 @@ _RATES: Final = (
 _FASTER: Final = 1.2
 _TIPPED: Final = np.radians(80.0)
 _TURNS: Final = 0.3  # rad/s, more than a vehicle on its legs
+_STANDS_S: Final = 1.0
 SHORT_S: Final = 5.0
 """In the air for less than that is a take-off that failed: what precedes it counts as well."""
 
@@ -109,7 +110,11 @@ def _failed_start(log: Log, start: float, end: float) -> Stretch:
     """
     turned = body_rates(log)
     if turned is not None:
-        fast = turned.t[(np.abs(turned.values).max(axis=0) > _TURNS) & (turned.t >= start)]
+        # a gyroscope that is off shows as much at rest: the vehicle stands as it is armed
+        first = (turned.t >= start) & (turned.t < start + _STANDS_S)
+        rest = np.median(turned.values[:, first], axis=1) if first.any() else np.zeros(3)
+        away = np.abs(turned.values - rest[:, None]).max(axis=0)
+        fast = turned.t[(away > _TURNS) & (turned.t >= start)]
         start = max(start, *(fast[:1] - 2 * turned.period).tolist()) if fast.size else end
     known = attitude(log)
     if known is not None:

@@ -49,6 +49,10 @@ def check_thrust(log: Log) -> Iterator[Check]:
     if log.vehicle not in ROTORS:
         return
     count = ROTORS[log.vehicle]
+    if log.autopilot == "ardupilot" and not any(name.startswith("MOT_") for name in log.parameters):
+        lacks = "the log does not hold by which curve the motors are driven"
+        yield Check("thrust to weight", "not known", lacks)
+        return
     thrusts = motor_thrusts(log, tuple(Motor(n, 0.0, 0.0, 0.0) for n in range(1, count + 1)))
     flights = tuple(part for part in stretches(log) if not part.is_start)
     if thrusts is None or not flights:

@@ -142,11 +142,20 @@ def test_large_offsets_are_told(tmp_path: Path) -> None:
     assert "1921 mgauss" in check.text
 
 
-def test_a_declination_of_another_continent_is_told(tmp_path: Path) -> None:
-    told = {"COMPASS_AUTODEC": 0.0, "COMPASS_DEC": float(np.radians(-20.0))}
+def test_a_declination_of_another_country_is_told(tmp_path: Path) -> None:
+    told = {"COMPASS_AUTODEC": 0.0, "COMPASS_DEC": float(np.radians(-15.0))}
     check = checks(tmp_path, told=told, length=15.0)["declination"]
     assert check.verdict == "wrong"
+    assert check.settings[0].suggested == 1.0
     assert check.numbers["place_deg"] == pytest.approx(3.2, abs=0.5)
+
+
+def test_a_declination_that_may_stand_in_for_an_orientation_is_not_to_be_changed_alone(tmp_path):
+    """A recorded compass was mounted backwards, and 180 degrees of declination made it good."""
+    told = {"COMPASS_AUTODEC": 0.0, "COMPASS_DEC": float(np.radians(-177.0))}
+    check = checks(tmp_path, told=told, length=15.0)["declination"]
+    assert (check.verdict, check.strikes, check.settings) == ("not known", True, ())
+    assert "mounted turned" in check.text
 
 
 def test_thrust_to_weight_follows_the_curve(tmp_path: Path) -> None:
@@ -191,7 +200,8 @@ def test_attitudes_are_those_of_scipy() -> None:
 )
 def test_an_accelerometer_that_reads_another_weight_at_rest_is_wrong(tmp_path, scale, verdict):
     """Beyond the 80 mg that its maker grants one that nobody has calibrated."""
-    check = checks(tmp_path, accelerometer=scale * np.eye(3))["accelerometer 1"]
+    name = "accelerometer 1" if verdict == "in order" else "weight on accelerometer 1"
+    check = checks(tmp_path, accelerometer=scale * np.eye(3))[name]
     assert check.verdict == verdict
     assert ("its weight is 9.81" in check.text) == (verdict == "wrong")
     assert check.numbers["force_m_s2"] == pytest.approx(9.81 * scale, abs=0.3)
