@@ -41,6 +41,7 @@ from fdi.diagnosis.values import (
 from fdi.diagnosis.verdict import count_tests, outlook, stayed_down, verdict
 from fdi.model.naming import component_words
 from fdi.residuals import Bank
+from fdi.telemetry.ends import gravest
 
 
 def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
@@ -92,8 +93,8 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
 def named_in(inquiries: Sequence[Inquiry], fitted: Fitted) -> tuple[list[Cause], list[Effect]]:
     """Return the causes of all flights of a log, ranked, and what follows from them.
 
-    A component is a cause once in a flight (`joined`). What still stood when the last flight that
-    went wrong did goes first; then the order of time.
+    A component is a cause once in a flight (`joined`). What still stood when the flight went
+    wrong that ended worst goes first; then the order of time.
     """
     causes: list[Cause] = []
     effects: list[Effect] = []
@@ -101,10 +102,10 @@ def named_in(inquiries: Sequence[Inquiry], fitted: Fitted) -> tuple[list[Cause],
         own, following = joined(*name(inquiry, fitted), inquiry)
         causes += own
         effects += following
-    bad = [i.ending for i in inquiries if i.ending is not None and i.ending.is_bad]
+    bad = gravest([i.ending for i in inquiries if i.ending is not None])
     causes.sort(
         key=lambda one: (
-            not (bad and led_to(bad[-1], one.flight, one.end)),
+            not (bad and led_to(bad, one.flight, one.end)),
             one.onset,
             -one.probability,
             one.component,

@@ -27,6 +27,8 @@ from fdi.windows import runs_of
 
 BEFORE_S: Final = 10.0
 """What began earlier and led to the end is an alarm by then, and listed where it still stands."""
+LONG_S: Final = 60.0
+"""Of events with an alarm that still stands."""
 WARNING: Final = 4
 """MAVLink's severity; what an autopilot merely mentions is not listed."""
 LEAST: Final = 2
@@ -57,21 +59,27 @@ def led_to(end: FlightEnd, flight: int, over: float | None) -> bool:
 
 def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     moment = went_wrong(end)
-    found = [*_events(alarms.residuals.signals.events, moment), *left_health(moment, alarms, whom)]
+    tests = list(left_health(moment, alarms, whom))
+    # what the autopilot said as the first of what still stands began belongs to it
+    since = min((one.at for one in tests if one.kind == "alarm"), default=moment)
+    since = min(max(since, moment - LONG_S), moment - BEFORE_S)
+    found = [*_events(alarms.residuals.signals.events, since, moment), *tests]
     if end.lost_by == "stop":
         found.append(First(moment, "command", "all motors are told to stop"))
-    told: dict[str, First] = {}
+    told: dict[tuple[str, float], First] = {}
     for one in sorted(found, key=lambda one: (one.at, one.kind, one.text)):
-        known = told.get(one.text)
+        # a mode that is chosen again is another order; a test or a report that comes again is not
+        key = (one.text, one.at if one.kind == "command" and one.component is None else 0.0)
+        known = told.get(key)
         if known is None or (known.kind == "trigger" and one.kind == "alarm"):
-            told[one.text] = one if known is None else replace(one, at=known.at)
+            told[key] = one if known is None else replace(one, at=known.at)
     return tuple(sorted(told.values(), key=lambda one: (one.at, one.kind, one.text)))
 
 
-def _events(events: tuple[Event, ...], moment: float) -> Iterator[First]:
+def _events(events: tuple[Event, ...], since: float, moment: float) -> Iterator[First]:
     """Yield what the autopilot reports and what was asked of it."""
     for event in events:
-        if not moment - BEFORE_S <= event.t <= moment:
+        if not since <= event.t <= moment:
             continue
         if event.kind == "mode":
             yield First(event.t, "command", f"flight mode {event.text}")

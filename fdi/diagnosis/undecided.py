@@ -93,6 +93,9 @@ def _why(name: str, ran: list[int], tests: Quiet, alarms: Alarms, whom: Concerns
     if not ran:
         return "no test of it ran"
     if bank.system.components[name].ends_log and not ended_well(alarms):
+        end = alarms.residuals.signals.ends[-1:]
+        if any(one.is_seen and one.at < alarms.residuals.t[-1] - LAST_S for one in end):
+            return "a moment's failure of it may have ended a flight that ends without a landing"
         return "it may have ended a log that ends without a landing"
     if not said_faults(name, bank, whom):
         return ONLY_ACCUSE

@@ -36,7 +36,7 @@ from fdi.diagnosis.values import (
 from fdi.model.naming import component_words, inside
 from fdi.residuals import Bank
 from fdi.telemetry import Flight, Signals
-from fdi.telemetry.ends import FlightEnd, is_failsafe
+from fdi.telemetry.ends import FlightEnd, gravest, is_failsafe
 from fdi.units import customary, two_digits
 
 PROPULSION: Final = "propulsion"
@@ -134,7 +134,8 @@ def verdict(
     if findings:
         return _accused(findings, consequences, endings, alarms)
     if bad:
-        return _unexplained(bad[-1])
+        worst = gravest([one.end for one in bad])
+        return _unexplained(next(one for one in bad if one.end is worst))
     if stayed_down(alarms):
         return f"The vehicle is never seen to fly. {_grounded(tests)}"
     failsafe, when = _failsafe(endings, signals)
@@ -265,7 +266,7 @@ def _accused(
     first = findings[0]
     components = alarms.residuals.bank.system.components
     signals = alarms.residuals.signals
-    bad = next((one.end for one in reversed(endings) if one.end.is_bad), None)
+    bad = gravest([one.end for one in endings])
     claim = claim_of(first)
     is_gap = all(components[name].records for name in claim.names)
     explains = bad is not None and not is_gap and led_to(bad, first.flight, first.end)

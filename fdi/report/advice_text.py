@@ -16,6 +16,7 @@ from fdi.diagnosis.advising import about_check, about_no_flight, setting_words
 from fdi.methods.setup import Check
 from fdi.report.json_text import number
 from fdi.result import Analysis
+from fdi.telemetry.ends import gravest
 
 MOST: Final = 3
 
@@ -93,10 +94,10 @@ def first_advice(analysis: Analysis, checks: Sequence[Check] = ()) -> tuple[Advi
 
 
 def last_end(analysis: Analysis) -> Ending | None:
-    """Return the end to tell first: of the last flight that went wrong, or else of the last."""
+    """Return the end to tell first: of the flight that ended worst, or else of the last."""
     endings = analysis.diagnosis.endings
-    bad = [one for one in endings if one.end.is_bad]
-    return next(reversed(bad or list(endings)), None)
+    worst = gravest([one.end for one in endings])
+    return next((one for one in endings if one.end is worst), endings[-1] if endings else None)
 
 
 def _untested(analysis: Analysis) -> list[Advice]:

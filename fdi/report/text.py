@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fdi.diagnosis import Finding, NotTestable, Open, Outlook, RuledOut
-from fdi.diagnosis.ending import went_wrong
+from fdi.diagnosis.ending import BEFORE_S, went_wrong
 from fdi.diagnosis.worth import worth_of
 from fdi.model.naming import component_words, inside
 from fdi.report.advice_text import first_steps
@@ -343,8 +343,11 @@ def _first(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableTyp
     for ending in analysis.diagnosis.endings:
         if ending.first:
             lines = [f"log {at(one.at)} s  {one.kind}: {one.text}" for one in ending.first]
-            moment = f"log {at(went_wrong(ending.end))} s"
-            yield from _list(f"What happened in the last seconds before {moment}", lines, most)
+            moment = went_wrong(ending.end)
+            title = f"What happened in the last seconds before log {at(moment)} s"
+            if ending.first[0].at < moment - BEFORE_S:
+                title += ", and what stood since before"
+            yield from _list(title, lines, most)
 
 
 def _ordered(analysis: Analysis, most: int = MOST_LINES) -> Iterator[RenderableType]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.events import Event, Flight, flight_state
-from fdi.telemetry.impact import OVER_S
+from fdi.telemetry.impact import BREAKS, OVER_S
 from fdi.telemetry.inputs.values import turning
 from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.meaning.restarts import last_heard
@@ -28,6 +28,7 @@ from fdi.telemetry.message import Message
 from fdi.telemetry.motion import heights_by_pressure
 from fdi.telemetry.ordered import Order
 from fdi.telemetry.phases import SPINS, WASH_M
+from fdi.units import G0
 
 Floats = NDArray[np.float64]
 LostBy = Literal["lean", "demand", "spin", "stop"]
@@ -77,9 +78,13 @@ TIPPING_S: Final = 5.0
 """After the ground is touched, in which a vehicle that tips over does so, with turning rotors."""
 STILLED_S: Final = 1.0
 """After disarming, which a heartbeat tells once a second: who turns it over then is a person."""
+RESTS_S: Final = 1.0
+"""Over which the weight of a vehicle that has come to rest is felt."""
 BAD: Final = ("impact", "restarted", "control_lost", "tipped_over")
 """Ends of which something went wrong."""
 
+_NEARLY: Final = 0.2  # of g, by which what is felt at rest may differ from it and scatter
+_FORCE: Final = ("xacc", "yacc", "zacc")
 _FREE: Final = ("ACRO", "FLIP", "SPORT", "MANUAL", "STUNT", "TRAINING", "THROW", "RATTITUDE")
 """Modes, in part or whole, in which a pilot may turn the vehicle over."""
 
@@ -154,6 +159,20 @@ def find_ends(
     )
 
 
+def gravest(ends: Sequence[FlightEnd]) -> FlightEnd | None:
+    """Return the end to tell first: the last one that breaks a vehicle, else the hardest bad one.
+
+    None where none is bad. Of a log with several flights the crash is asked for, and not the one
+    of them that touched down hardest last.
+    """
+    bad = [one for one in ends if one.is_bad]
+    broken = [one for one in bad if one.lost_control is not None or one.how == "restarted"]
+    broken += [one for one in bad if one.speed is not None and one.speed > BREAKS]
+    if broken:
+        return max(broken, key=lambda one: one.at)
+    return max(bad, key=lambda one: (one.speed or 0.0, one.at), default=None)
+
+
 def is_failsafe(event: Event) -> bool:
     """Return whether the autopilot reports that a failsafe acted."""
     return event.kind == "failsafe" and SAYS.search(event.text) is not None
@@ -207,9 +226,29 @@ def _tips_over(messages: Mapping[str, Message], events: Sequence[Event], landing
     if not lies.any() or not lies[-1] or lies.all():
         return False
     since = attitude.t[near][np.flatnonzero(~lies)[-1]]
+    if _rests_upright(messages, landing + TIPPING_S):
+        return False
     stilled = (e.t for e in events if e.kind == "disarm" and e.t >= landing - TOUCH_S)
     is_driven = since <= min(stilled, default=np.inf) + STILLED_S
     return bool(is_driven and attitude.t[near][-1] - since >= OUT_S)
+
+
+def _rests_upright(messages: Mapping[str, Message], until: float) -> bool:
+    """Return whether an accelerometer feels the ground below its legs at last.
+
+    A blow upsets an estimated attitude, and not the weight that is felt at rest.
+    """
+    felt = messages.get("RAW_IMU")
+    if felt is None or any(name not in felt for name in _FORCE):
+        return False
+    last = (felt.t > until - RESTS_S) & (felt.t <= until)
+    force = np.array([felt.si(name)[last] for name in _FORCE])
+    force = force[:, np.isfinite(force).all(axis=0)]
+    if force.shape[1] < FEW:
+        return False
+    mean, size = force.mean(axis=1), float(np.linalg.norm(force, axis=0).mean())
+    is_weight = abs(size / G0 - 1) < _NEARLY and float(force.std(axis=1).max()) < _NEARLY * G0
+    return bool(is_weight and -mean[2] / size > np.cos(TILT))
 
 
 def _turns_over(messages: Mapping[str, Message], flight: Flight) -> float | None:
@@ -228,6 +267,8 @@ def _turns_over(messages: Mapping[str, Message], flight: Flight) -> float | None
     falls = lies | (np.hypot(*rates) > SPINNING)
     since = _to_the_end(t, falls, flight.end, 0.0)
     if since is None or since <= t[0] or not lies[t >= since].any():
+        return None
+    if _rests_upright(messages, flight.end):
         return None
     return since if np.count_nonzero(falls[t >= since]) >= FEW else None
 

@@ -34,6 +34,17 @@ Kind = Literal[
 ]
 
 
+def over_words(alarm: str) -> str:
+    """Return what is said where an alarm of the autopilot no longer stands.
+
+    Examples
+    --------
+    >>> over_words("radio failsafe: no signal of the remote control")
+    'radio failsafe is over'
+    """
+    return f"{alarm.split(':')[0]} is over"
+
+
 SETTLING_S: Final = 5.0
 """After take-off, and from rotors to wings, filters and controllers settle, s; read off healthy
 simulated flights."""

@@ -46,6 +46,7 @@ WATCH_S: Final = 0.6
 # s at the end of a log over which the loss of height must confirm the sink rate; so soon a vehicle
 # turns over after a blow
 FALL_S: Final = 1.0
+FEWEST: Final = 3  # records that a slope is told from
 SETTLE_S: Final = (1.0, 4.0)  # s after it in which it no longer sinks
 REBOUND_M: Final = 3.0  # m; who climbs higher flies
 NEAR_GROUND_M: Final = 10.0  # m above the place of take-off; elsewhere it must come to rest
@@ -198,7 +199,7 @@ def _by_pressure(motion: Motion, row: int, error: float) -> float | None:
     """
     near = motion.rows(motion.t[row] - FALL_S, motion.t[row])
     told = np.isfinite(motion.pressed[near]) & np.isfinite(motion.climb[near])
-    if np.count_nonzero(told) < 3:
+    if np.count_nonzero(told) < FEWEST:
         return None
     t, pressed, climb = (each[near][told] for each in (motion.t, motion.pressed, motion.climb))
     slope = float(np.polyfit(t - t[0], pressed, 1)[0])
@@ -226,7 +227,7 @@ def _stays_down(
     ``highest_later`` (n,) the largest height from each row on.
     """
     settled = motion.rows(motion.t[row] + SETTLE_S[0], motion.t[row] + SETTLE_S[1])
-    if settled.stop > settled.start and abs(np.median(motion.climb[settled])) > HARD_SPEED:
+    if settled.stop > settled.start and abs(_climbs(motion, settled)) > HARD_SPEED:
         return False
     if _sinks_on(motion, row, settled):
         return False
@@ -235,6 +236,15 @@ def _stays_down(
         return known(speed) and bool(np.nanmedian(speed) < REST_SPEED)
     is_over = settled.start >= motion.t.size
     return is_over or float(highest_later[settled.start]) <= height + REBOUND_M
+
+
+def _climbs(motion: Motion, rows: slice) -> float:
+    """Return the rate of climb over a while, m/s: of the air pressure, which no blow upsets."""
+    told = np.isfinite(motion.pressed[rows])
+    t, pressed = motion.t[rows][told], motion.pressed[rows][told]
+    if t.size >= FEWEST and np.ptp(t) >= FALL_S:
+        return float(np.polyfit(t - t[0], pressed, 1)[0])
+    return float(np.median(motion.climb[rows]))
 
 
 def _sinks_on(motion: Motion, row: int, later: slice) -> bool:
@@ -262,7 +272,7 @@ def _turned_over(motion: Motion, ground: float) -> tuple[int, float] | None:
         felt = np.flatnonzero(motion.force > STOP_FORCE)
     for row in felt.tolist():
         last = _last_undisturbed(motion, row)
-        speed = float(-motion.climb[last])
+        speed, _ = _speed(motion, last)
         turns = motion.t[row] >= motion.t[upright[-1]] - FALL_S
         if turns and speed > BREAKS and motion.height[last] < ground + NEAR_GROUND_M:
             return last, speed

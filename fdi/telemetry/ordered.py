@@ -19,7 +19,7 @@ import numpy as np
 from fdi.shown import Shown
 from fdi.telemetry.catalogue import data_table
 from fdi.telemetry.counters import steers
-from fdi.telemetry.events import Event, Flight
+from fdi.telemetry.events import Event, Flight, over_words
 from fdi.telemetry.message import Message
 
 What = Literal["mode", "failsafe", "command", "parameter", "disarm"]
@@ -33,10 +33,14 @@ SWITCHED_S: Final = 1.5
 """Before a mode, in which the switch that chose it moves."""
 MOVED_US: Final = 80.0
 """Of a switch's channel: six positions are 130 us and more apart."""
+_OLD_CHANNEL: Final = 5.0  # of the mode switch of ArduCopter, before there was FLTMODE_CH (3.4)
 MOST: Final = 8
 """Links that are told: of more the latest, and of modes no more than half as many."""
 _ACTS: Final = re.compile(r"fail ?-?safe|fence|crash|emergency|terminat", re.IGNORECASE)
 """What an autopilot's report says where it acted; others are complaints."""
+_LANDS: Final = re.compile(r"landing detected|land detector", re.IGNORECASE)
+_DISARMED: Final = re.compile(r"\bdisarmed by (?P<by>[a-z ]{3,40})", re.IGNORECASE)
+"""What PX4's commander reports, of no severity: it takes the motors off by itself then."""
 _RADIO: Final = re.compile(r"radio|remote control|manual control|\brc\b|throttle", re.IGNORECASE)
 _AUTOMATIC: Final = ("failsafe", "check", "detector", "geofence", "the autopilot", "glitch")
 """Words of those who order on nobody's behalf: what came before them belongs to the chain."""
@@ -136,6 +140,12 @@ def parameter_words(event: Event) -> str:
     return f"{event.text} set{old} to {event.value:.6g}"
 
 
+def _by_text(t: float, events: Sequence[Event]) -> str:
+    """Return who disarmed by what the autopilot says of it at that moment, "" where it does not."""
+    said = (_DISARMED.search(e.text) for e in events if e.kind == "text" and abs(e.t - t) <= 1.0)
+    return next((found["by"].lower() for found in said if found), "")
+
+
 def _name(mode: Event | None) -> str:
     return "" if mode is None else mode.text
 
@@ -151,19 +161,23 @@ def _others(events: Sequence[Event], since: float, low: float) -> Iterator[Order
     And what was set since ``low``, when it left the ground: no mode takes that back.
     """
     armed = max((e.t for e in events if e.kind == "arm"), default=-np.inf)
+    last = {event.text: event.t for event in events}
     seen = set()
     for event in events:
         if event.kind == "parameter" and event.t >= low and steers(event.text):
             yield Order(event.t, "parameter", parameter_words(event), event.by)
         if event.t < since or event.text in seen:
             continue
-        if event.kind == "failsafe" and _ACTS.search(event.text):
+        is_over = last.get(over_words(event.text), -np.inf) >= last[event.text]
+        if (event.kind == "failsafe" and _ACTS.search(event.text) and not is_over) or (
+            event.kind == "text" and _LANDS.search(event.text)
+        ):
             seen.add(event.text)
             yield Order(event.t, "failsafe", f"the autopilot reports: {event.text}", "")
         elif event.kind == "command":
             yield Order(event.t, "command", event.text, event.by)
         elif event.kind == "disarm" and event.t > armed:
-            yield Order(event.t, "disarm", "disarmed", event.by)
+            yield Order(event.t, "disarm", "disarmed", event.by or _by_text(event.t, events))
 
 
 def _by_switch(
@@ -182,8 +196,9 @@ def _by_switch(
     )
     if channels is None or is_lost:
         return ""
+    own = {"FLTMODE_CH": _OLD_CHANNEL} if "FLTMODE1" in parameters else {}
     for name in data_table("orders")["switches"]:
-        number = parameters.get(name, 0.0)
+        number = parameters.get(name, own.get(name, 0.0))
         field = f"chan{number:.0f}_raw"
         if not 1 <= number <= 18 or field not in channels:
             continue

@@ -64,6 +64,27 @@ def test_a_switch_that_stops_all_motors_is_a_command(load, code, word):
     assert told.startswith(word)
 
 
+def test_an_interlock_that_disarming_takes_off_was_switched_by_nobody(load):
+    """Copter logs event 56 two milliseconds after every disarming, event 11."""
+    events = [(2_000_000, 11), (2_002_000, 56), (5_000_000, 56)]
+    written = b"".join(b"\xa3\x95\x3c" + struct.pack("<QB", *one) for one in events)
+    log = load(small() + fmt(60, "EV", "QB", "TimeUS,Id") + written)
+    assert [e.t for e in log.events if e.kind == "command"] == [pytest.approx(4.0)]
+
+
+def test_an_error_that_is_over_says_so(load):
+    errors = [(2_000_000, 5, 1), (3_000_000, 5, 0), (4_000_000, 16, 2), (5_000_000, 16, 0)]
+    written = b"".join(b"\xa3\x95\x3d" + struct.pack("<QBB", *one) for one in errors)
+    log = load(small() + fmt(61, "ERR", "QBB", "TimeUS,Subsys,ECode") + written)
+    told = [e.text for e in log.events if e.kind in ("failsafe", "text")][-4:]
+    assert [text.split(":")[0] for text in told] == [
+        "radio failsafe",
+        "radio failsafe is over",
+        "EKF check",
+        "EKF check is over",
+    ]
+
+
 def test_of_a_servo_that_is_moved_all_the_time_the_first_and_last_commands_are_told():
     sent = [(0.02 * i, 183, 9.0, 1000.0 + i % 500) for i in range(10_000)]
     told = [(e.t, e.text) for e in command_events([*sent, (999.0, 209, 2.0, 0.0)])]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fdi.telemetry import Event, Flight, read
-from fdi.telemetry.ends import find_ends
+from fdi.telemetry.ends import FlightEnd, find_ends, gravest
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "flights"
 T = np.arange(0.0, 60.0, 0.1)
@@ -79,6 +79,29 @@ def test_who_falls_on_its_side_as_it_touches_the_ground_tips_over(since):
     end = ends(LANDS, roll=after(since, 1.6))
     assert (end.how, end.at, end.lost_control) == ("tipped_over", 50.0, None)
     assert end.is_bad
+
+
+@pytest.mark.parametrize(("side", "how"), [(0.0, "landed"), (9.8, "tipped_over")])
+def test_an_attitude_that_a_blow_upset_tips_nobody_over(side, how):
+    """At rest the accelerometer feels the ground below its legs, or at its side."""
+    rest = Made(xacc=np.zeros(T.size), yacc=np.full(T.size, side), zacc=np.full(T.size, side - 9.8))
+    messages = {"ATTITUDE": Made(roll=after(50.5, 1.6), pitch=np.zeros(T.size)), "RAW_IMU": rest}
+    (end,) = find_ends(messages, [Event(0.0, "mode", "LOITER")], [LANDS], has_rotors=True)
+    assert end.how == how
+
+
+@pytest.mark.parametrize(
+    ("speeds", "told"),
+    [((2.2, 3.4, 2.1), 1), ((2.2, 5.0, 3.0), 1), ((6.0, 3.0, 5.0), 2), ((None, 2.5, None), 1)],
+)
+def test_the_crash_is_told_and_not_the_last_hard_landing(speeds, told):
+    """The last one that breaks a vehicle; where none does, the hardest."""
+    made = [FlightEnd(n, "impact", 10.0 * n, speed) for n, speed in enumerate(speeds)]
+    found = gravest([*made, FlightEnd(3, "landed", 40.0)])
+    assert found is made[told]
+    assert gravest([FlightEnd(0, "landed", 1.0)]) is None
+    lost = FlightEnd(4, "control_lost", 50.0, lost_control=49.0)
+    assert gravest([*made, lost]) is lost
 
 
 def test_who_is_turned_over_by_hand_later_has_landed():

@@ -124,6 +124,23 @@ def test_who_sinks_on_by_the_air_pressure_has_hit_nothing_yet(sank: float, is_me
     assert (found is not None) == is_met
 
 
+@pytest.mark.parametrize(("by_pressure", "is_met"), [(0.0, True), (4.0, False)])
+def test_an_estimate_that_the_blow_upset_carries_nobody_away(
+    by_pressure: float, is_met: bool
+) -> None:
+    """The estimate climbs at 5 m/s after the blow; the air pressure says whether it does."""
+    later = np.maximum(T - GROUND_S, 0.0)
+    made = replace(
+        spinning(0.3),
+        climb=np.where(GROUND_S > T, -5.0, 5.0),
+        height=np.maximum(5.0 * (GROUND_S - T), 0.0),
+        force=9.8 + 60.0 * (np.abs(T - GROUND_S) < 0.05),
+        pressed=np.maximum(5.0 * (GROUND_S - T), 0.0) + by_pressure * later,
+    )
+    found = find_impact(made, 0.0, disarmed=True, is_end=False, has_wings=False)
+    assert (found is not None) == is_met
+
+
 def test_a_spin_that_goes_on_has_met_nothing() -> None:
     made = spinning(45.0, ends=False)
     assert find_impact(made, 0.0, disarmed=True, is_end=False, has_wings=False) is None

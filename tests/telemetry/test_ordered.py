@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fdi.telemetry import Event, Flight, read
+from fdi.telemetry.events import over_words
 from fdi.telemetry.formats.tlog.events import with_orders
 from fdi.telemetry.ordered import chain_of, order_words
 
@@ -48,6 +49,41 @@ def test_what_a_failsafe_ordered_is_told_with_its_cause_and_what_it_took_the_pla
         (59.5, "failsafe", ""),
         (60.0, "mode", "the battery failsafe"),
     ]
+
+
+def test_a_failsafe_that_is_over_is_no_longer_in_force():
+    said = "radio failsafe: no signal of the remote control"
+    events = [
+        Event(20.0, "mode", "RTL", by="the pilot"),
+        Event(30.0, "failsafe", said),
+        Event(30.4, "text", over_words(said)),
+        Event(40.0, "failsafe", "fence breached: too high"),
+    ]
+    assert [at for at, what, _ in chain(*events) if what == "failsafe"] == [40.0]
+    again = [*events, Event(50.0, "failsafe", said)]
+    assert [at for at, what, _ in chain(*again) if what == "failsafe"] == [30.0, 40.0]
+
+
+@pytest.mark.parametrize("autopilot", ["landing", "lockdown"])
+def test_who_disarms_by_itself_says_so(autopilot):
+    events = [
+        Event(20.0, "mode", "POSCTL", by="the pilot"),
+        Event(88.9, "text", "[commander] Landing detected"),
+        Event(89.0, "disarm", ""),
+        Event(89.1, "text", f"[commander] Disarmed by {autopilot}"),
+    ]
+    told = chain_of(90.0, FLIGHT, events, {}, {})
+    assert [(one.t, one.by) for one in told if one.what == "disarm"] == [(89.0, autopilot)]
+    assert any("Landing detected" in one.said for one in told)
+
+
+def test_old_copters_have_their_mode_switch_on_channel_5():
+    moved = Channels({f"chan{n}_raw": np.full(Channels.t.size, 1500.0) for n in range(1, 9)})
+    moved["chan5_raw"] = np.where(Channels.t < 59.5, 1100.0, 1900.0)
+    modes = [Event(0.0, "mode", "STABILIZE"), Event(60.0, "mode", "LOITER")]
+    for parameters, by in (({"FLTMODE1": 0.0}, "the pilot's mode switch"), ({}, "")):
+        told = chain(*modes, messages={"RC_CHANNELS": moved}, parameters=parameters)
+        assert told == [(60.0, "mode", by)]
 
 
 def test_a_failsafe_long_before_the_last_order_of_a_person_is_no_link():

@@ -69,7 +69,7 @@ def judge_demands(
         for axis, name in enumerate(_AXES)
     ]
     if any(miss is None for miss in is_told):
-        yield judged(name, demand, fields, None, "it hardly moves")
+        yield judged(name, demand, fields, None, "it is the same for most of the time")
         return
     misses = [miss for miss in is_told if miss is not None]
     is_lost = not wings and any(miss > STRAYS * move for miss, move in misses)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.catalogue import data_table, is_failsafe_text, mavlink_mode
-from fdi.telemetry.events import Event, Kind
+from fdi.telemetry.events import Event, Kind, over_words
 from fdi.telemetry.formats.bounds import (
     MOST_NAMES,
     kept_texts,
@@ -96,14 +96,23 @@ def log_events(timed: Timed, vehicle: str, firmware: str | None) -> Iterator[Eve
     yield from _arming(timed)
     sent = sorted(timed.lines("MAVC", "Cmd", "P1", "P2"))
     yield from command_events(sent)
-    for t, code in timed.lines("EV", "Id"):
-        if code in _STOPS:
+    said = sorted(timed.lines("EV", "Id"))
+    disarmed = [t for t, code in said if code == _DISARMED]
+    for t, code in said:
+        # the interlock is off as soon as the motors are disarmed: then nobody switched it
+        if code in _STOPS and not any(0 <= t - other < _SAME_S for other in disarmed):
             yield Event(t, "command", _STOPS[code])
     for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
         name = data_table("errors_dataflash")["subsystems"].get(str(subsystem), "")
+        is_alarm = name.startswith(_ALARMS)
         if code or name in _OWN_CODES:
-            is_alarm = name.startswith(_ALARMS)
             yield Event(t, "failsafe" if is_alarm else "text", error_words(subsystem, code))
+        elif is_alarm:
+            told = {
+                **data_table("errors_dataflash")["bits"].get(str(subsystem), {}),
+                **data_table("errors_dataflash")["codes"].get(str(subsystem), {}),
+            }
+            yield Event(t, "text", over_words(next(iter(told.values()), name)))
 
 
 def _arming(timed: Timed) -> Iterator[Event]:
