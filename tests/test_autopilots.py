@@ -148,6 +148,7 @@ NO_RESTART = dict.fromkeys(
     ),
     "no autopilot started anew",
 )
+OF_PX4 = {"vibration_grown": "PX4's own level stands in its logs alone"}
 NEVER_FLEW = {"swings_on_its_legs": "only a vehicle that never leaves the ground is asked"}
 FIRST = dict.fromkeys(
     ("pow_1", "motors_draw_otherwise"),
@@ -165,10 +166,10 @@ ANY = (
     | NOT_OBSERVED
     | NO_RESTART
 )
-PX4_TLOG = ANY | NO_SINK_RATE | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
+PX4_TLOG = ANY | OF_PX4 | NO_SINK_RATE | INSIDE | NOT_SENT | METRICS | ONE_UNIT | NO_CURRENT
 PX4_ULOG = ANY | SAME | NOT_LOGGED | METRICS | NO_CURRENT | ON_BOARD
-ARDUPILOT_TLOG = ANY | NO_SINK_RATE | SAME | STREAM
-ARDUPILOT_BIN = ANY | NOT_LOGGED | ON_BOARD
+ARDUPILOT_TLOG = ANY | OF_PX4 | NO_SINK_RATE | SAME | STREAM
+ARDUPILOT_BIN = ANY | OF_PX4 | NOT_LOGGED | ON_BOARD
 CASES = {
     "sitl/plane/p02_rect_wind_land.tlog": ARDUPILOT_TLOG,
     "sitl/plane/p01_rect_calm.BIN": ARDUPILOT_BIN | NEVER_STOOD,
