@@ -83,8 +83,8 @@ def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
     worst = int(np.nanargmax(np.where(np.isfinite(size), size, -np.inf)))
     label, scale, zero = customary(equation.unit)
     label = "" if label == "1" else label
-    amount = f"{size[worst] * scale:.3g} {label}".strip()
-    bound = f"{threshold[worst] * scale:.3g} {label}".strip()
+    amount = f"{_figure(size[worst] * scale)} {label}".strip()
+    bound = f"{_figure(threshold[worst] * scale)} {label}".strip()
     when = f"from {run.onset:.1f} s for {run.end - run.onset:.1f} s"
     sensors, inputs = _sources(bank, generator, component)
     names = listed(sensors) or listed(inputs) or equation.name
@@ -96,7 +96,7 @@ def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
         variable, least, most = allowed
 
         def shown(value: float) -> str:
-            return f"{value * scale + zero:.3g} {label}".rstrip()
+            return f"{_figure(value * scale + zero)} {label}".rstrip()
 
         if least is not None and most is not None:
             reached = f"up to {amount} beyond the {shown(least)} to {shown(most)} that are allowed"
@@ -124,6 +124,15 @@ def sentence(run: Run, alarms: Alarms, component: str = "") -> str:
     several = len(sensors or inputs) > 1
     agree = f"{'do' if several else 'does'} not agree: off" if several or against else "is off"
     return f"{names}{against} {agree} {off}"
+
+
+def _figure(value: float) -> str:
+    """Return a number with three digits, and without an exponent where a person reads it.
+
+    >>> _figure(0.12345), _figure(1374.2)
+    ('0.123', '1374')
+    """
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.3g}"
 
 
 def listed(names: Sequence[str]) -> str:

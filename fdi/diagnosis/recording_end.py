@@ -14,7 +14,7 @@ import numpy as np
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
-from fdi.telemetry.log import Recording
+from fdi.telemetry.log import Recording, recorder_of
 from fdi.telemetry.message import Floats
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
@@ -58,7 +58,7 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     stop = log.span[1]
     told = supplies(log.messages, stop)
     power = _power(told)
-    form = _last(log.recordings).format if log.recordings else log.format
+    form = recorder_of(_last(log.recordings).format if log.recordings else log.format)
     other = _KINDS.get(form, "")
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:

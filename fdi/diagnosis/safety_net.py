@@ -173,7 +173,7 @@ def _has_all_outputs(values: Mapping[str, float]) -> bool:
 
 def _silent_compasses(log: Log) -> Iterator[Gap]:
     """Yield the compasses that are in use and there, and say nothing while others do."""
-    if log.format != "dataflash":  # a telemetry link leaves out what is there
+    if log.recorder != "dataflash":  # a telemetry link leaves out what is there
         return
     speak = all_readings(log)
     for number in range(1, len(COMPASSES) + 1):
@@ -189,7 +189,7 @@ def _notches(log: Log) -> Iterator[Gap]:
     tells = any(
         key.startswith(("ESC_TELEMETRY", "ROTOR_", "ESC[")) or key == "ESC" for key in log.messages
     )
-    if log.format != "dataflash" or tells:  # a telemetry link leaves out what is there
+    if log.recorder != "dataflash" or tells:  # a telemetry link leaves out what is there
         return
     for name, value in log.parameters.items():
         is_on = log.parameters.get(name.replace("_MODE", "_ENABLE")) == 1.0

@@ -25,8 +25,10 @@ from fdi.shown import Shown
 from fdi.telemetry.impact import HARD_SPEED
 
 ENDING: Final = "ending"
-_ENDS_FLIGHTS: Final = ("battery", "motor limits", "thrust to weight", ENDING)
-"""What carries the vehicle: first, and in the verdict even where it only strikes."""
+CARRIES: Final = ("motors", "battery", "motor limits", "thrust to weight")
+"""Checks of what carries the vehicle: first."""
+_ENDS_FLIGHTS: Final = (*CARRIES[1:], ENDING)
+"""In the verdict even where it only strikes."""
 _SENTENCE: Final = re.compile(r"(?<=[.?!]) (?=[A-Z])")
 
 

@@ -204,8 +204,7 @@ def _end_words(end: FlightEnd) -> str:
     """Return how a flight ended, as the beginning of a sentence."""
     clock = f"(log {end.at:.1f} s)"
     if end.how == "impact":
-        speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
-        lost = ""
+        speed, lost = end.how_fast, ""
         if end.lost_control is not None and end.at - end.lost_control >= 0.1:
             lost = f", {end.at - end.lost_control:.1f} s after {end.loss}"
         if not end.is_seen:  # no longer than what it replaces, so that the rest has its place
@@ -216,7 +215,8 @@ def _end_words(end: FlightEnd) -> str:
     if end.lost_control is not None:
         where = " in the air" if end.lost_by == "stop" else ""
         when = f"(log {end.lost_control:.1f} s)"
-        return f"{end.loss[0].upper()}{end.loss[1:]}{where} {when} and the log shows no recovery"
+        left = f"the flight ends {max(end.at - end.lost_control, 0.0):.1f} s later"
+        return f"{end.loss[0].upper()}{end.loss[1:]}{where} {when}, and {left}"
     if end.how == "tipped_over":
         return f"Tipped over on the ground {clock}"
     return f"The recording stops in flight {clock}" if end.how == "in_air" else f"Landed {clock}"

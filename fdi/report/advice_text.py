@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from fdi.diagnosis import Advice, Ending
 from fdi.diagnosis.advising import about_check, about_no_flight, setting_words
+from fdi.diagnosis.stood_out import CARRIES
 from fdi.methods.setup import Check
 from fdi.report.json_text import number
 from fdi.result import Analysis
@@ -85,12 +86,19 @@ def first_steps(
 
 def first_advice(analysis: Analysis, checks: Sequence[Check] = ()) -> tuple[Advice, ...]:
     """Return all that is advised about a flight at first, in order, each once."""
-    wrong = (about_check(one, analysis.log)[:2] for one in checks if one.verdict == "wrong")
-    first = (one.advice for one in analysis.findings[:1])
+    wrong = [one for one in checks if one.verdict == "wrong"]
+    carries, others = (
+        [about_check(one, analysis.log)[:2] for one in wrong if (one.name in CARRIES) == is_so]
+        for is_so in (True, False)
+    )
+    first = [one.advice for one in analysis.findings[:1]]
     ended = last_end(analysis)
     end = ended.advice if ended is not None else about_no_flight(analysis.log, analysis.system)
+    # of a crash that nobody is accused of what it was comes before what else is set up wrongly
+    is_crash = ended is not None and ended.end.is_bad and not first
+    told = (end, *others) if is_crash else (*others, *first, end)
     untested = () if analysis.findings else _untested(analysis)
-    return tuple(dict.fromkeys(chain(*wrong, *first, end, untested)))
+    return tuple(dict.fromkeys(chain(*carries, *told, untested)))
 
 
 def last_end(analysis: Analysis) -> Ending | None:

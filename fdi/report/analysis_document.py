@@ -188,6 +188,7 @@ def _ending(item: Ending) -> dict[str, Any]:
         "how": end.how,
         "at_s": number(end.at),
         "speed": number(end.speed),
+        "over_ground": number(end.over_ground),
         "lost_control_s": number(end.lost_control),
         "lost_by": end.lost_by,
         "is_seen": end.is_seen,

@@ -84,7 +84,7 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         plotting=Markup(script(PLOTTING)),
         script=Markup(script()),
         data=Markup(json_for_page(page.data)),
-        ended=ending_words(last := last_end(analysis)),
+        ended=ending_words(last := last_end(analysis), len(analysis.log.flights)),
         end_advice=last.advice if last else about_no_flight(analysis.log, analysis.system),
         steps=first_steps(analysis),
         signs=first_signs(last, analysis),

@@ -310,7 +310,17 @@ def said(finding: Finding) -> str:
         if finding.inseparable_from
         else ""
     )
-    return finding.evidence.text + twins
+    return finding.evidence.text + twins + earlier_words(finding)
+
+
+def earlier_words(finding: Finding) -> str:
+    """Return when the same had shown before and healed, "" where it had not."""
+    if not finding.earlier:
+        return ""
+    start, end = finding.earlier[0]
+    others = len(finding.earlier) - 1
+    more = f" and {plural(others, 'more time')}" if others else ""
+    return f"; so it did before, from log {at(start)} s to {at(end)} s{more}"
 
 
 def _consequences(analysis: Analysis) -> Iterator[RenderableType]:

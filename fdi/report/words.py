@@ -110,7 +110,7 @@ def flown(flights: Sequence[Flight]) -> str:
     >>> flown([Flight(0, 60)])
     '1 flight, begun before the recording; the recording stops in flight'
     >>> flown([Flight(0, 60, takeoff=5, impact=59, impact_speed=9.0)])
-    '1 flight, which ends with an impact at 9.0 m/s (log 59.0 s)'
+    '1 flight, which ends with an impact, 9.0 m/s downwards (log 59.0 s)'
     >>> flown([Flight(0, 60, takeoff=5, restart=59)])
     '1 flight, which ends with a restart of the autopilot (log 59.0 s)'
     >>> flown([]), flown([Flight(0, 60, flew=False)])
@@ -126,7 +126,7 @@ def flown(flights: Sequence[Flight]) -> str:
         count += ", the first begun" if len(made) > 1 else ", begun"
         count += " before the recording"
     if last.impact is not None:
-        speed = "" if last.impact_speed is None else f" at {last.impact_speed:.1f} m/s"
+        speed = "" if last.impact_speed is None else f", {last.impact_speed:.1f} m/s downwards"
         return f"{count}, {which} ends with an impact{speed} (log {at(last.impact)} s)"
     if last.landing is not None:
         return count

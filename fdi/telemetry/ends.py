@@ -117,6 +117,8 @@ class FlightEnd:
         What was ordered last and has been in force since, in the order of time.
     is_seen : bool
         Whether the log still shows it; not an impact of a vehicle that falls as the log ends.
+    over_ground : float or None
+        m/s, just before an impact, by the receiver.
     """
 
     flight: int
@@ -128,6 +130,20 @@ class FlightEnd:
     overturned: float | None = None
     chain: tuple[Order, ...] = ()
     is_seen: bool = True
+    over_ground: float | None = None
+
+    @property
+    def how_fast(self) -> str:
+        """How fast it was just before an impact, in words that follow a verb; "" for unknown.
+
+        A descent alone is told as the speed; who moves faster over the ground was faster.
+        """
+        if self.speed is None:
+            return ""
+        if self.over_ground is None or self.over_ground <= self.speed:
+            return f" at {self.speed:.1f} m/s"
+        total = float(np.hypot(self.speed, self.over_ground))
+        return f" at {total:.1f} m/s, {self.speed:.1f} of it downwards"
 
     @property
     def is_bad(self) -> bool:
@@ -202,7 +218,10 @@ def _end(
             return FlightEnd(number, "tipped_over", landing, _touch_speed(messages, landing))
     if flight.impact is not None:
         speed, is_seen = flight.impact_speed, flight.impact < flight.end
-        return FlightEnd(number, "impact", flight.impact, speed, lost, by, over, is_seen=is_seen)
+        across = _over_ground(messages, flight.impact)
+        return FlightEnd(
+            number, "impact", flight.impact, speed, lost, by, over, (), is_seen, across
+        )
     if flight.restart is not None:
         heard = last_heard(messages.values(), flight.restart)
         return FlightEnd(number, "restarted", heard, None, lost, by, over)
@@ -271,6 +290,20 @@ def _turns_over(messages: Mapping[str, Message], flight: Flight) -> float | None
     if _rests_upright(messages, flight.end):
         return None
     return since if np.count_nonzero(falls[t >= since]) >= FEW else None
+
+
+def _over_ground(messages: Mapping[str, Message], impact: float) -> float | None:
+    """Return the receiver's last speed over ground before an impact, m/s, None where it has none.
+
+    An estimate that is upset flies on as it likes.
+    """
+    receiver = messages.get("GPS_RAW_INT")
+    if receiver is None or "vel" not in receiver:
+        return None
+    near = (receiver.t > impact - TOUCH_S) & (receiver.t <= impact)
+    speed = receiver.si("vel")[near]
+    speed = speed[np.isfinite(speed)]
+    return float(speed[-1]) if speed.size else None
 
 
 def _touch_speed(messages: Mapping[str, Message], landing: float) -> float | None:

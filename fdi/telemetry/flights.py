@@ -102,7 +102,7 @@ def flight_events(flights: Sequence[Flight]) -> list[Event]:
             made.append(Event(flight.landing, "landing", "landing"))
         if flight.impact is not None:
             speed = flight.impact_speed
-            text = "impact" if speed is None else f"impact at {speed:.1f} m/s"
+            text = "impact" if speed is None else f"impact, {speed:.1f} m/s downwards"
             made.append(Event(flight.impact, "impact", text, None, speed))
     return made
 

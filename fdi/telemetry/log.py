@@ -100,6 +100,17 @@ class Source:
     chosen: bool
 
 
+def recorder_of(form: str) -> str:
+    """Return which recorder writes logs of a format.
+
+    Examples
+    --------
+    >>> recorder_of("dataflash_text"), recorder_of("ulog")
+    ('dataflash', 'ulog')
+    """
+    return form.removesuffix("_text")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """One of the files of a log that several files make up.
@@ -195,6 +206,11 @@ class Log:
     defaults: Mapping[str, float] = field(default_factory=dict)
     judge: Judge = tuple
     _cache: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def recorder(self) -> str:
+        """The format, ``dataflash`` for both of its forms: what is recorded by which settings."""
+        return recorder_of(self.format)
 
     @property
     def name(self) -> str:

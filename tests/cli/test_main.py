@@ -94,7 +94,7 @@ def test_a_log_without_a_command_is_told_the_command(run: Run) -> None:
 
 
 def test_info_is_a_page_or_json(run: Run) -> None:
-    assert "impact at 9.8 m/s" in run("info", LOG).out
+    assert "impact, 9.8 m/s downwards" in run("info", LOG).out
     document = json.loads(run("info", LOG, "--json").out)
     assert document["log"]["vehicle"] == "quad"
     assert {"HEARTBEAT", "ATTITUDE"} <= {message["name"] for message in document["messages"]}

@@ -121,8 +121,8 @@ def test_a_centred_window_that_feels_a_change_before_it_dates_nothing_earlier():
 
 def test_what_a_fall_out_of_control_looks_like_leads_the_verdict():
     for lost_by, said in (
-        ("stop", "All motors were told to stop in the air (log 80.0 s) and the log shows no"),
-        ("lean", "Control was lost (log 80.0 s) and the log shows no recovery"),
+        ("stop", "All motors were told to stop in the air (log 80.0 s), and the flight ends"),
+        ("lean", "Control was lost (log 80.0 s), and the flight ends 10.0 s later"),
     ):
         end = (FlightEnd(0, "control_lost", 90.0, None, 80.0, lost_by),)
         assert answer({}, ends=end).verdict.startswith(said)

@@ -138,6 +138,14 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
         (FlightEnd(0, "impact", 90.0), "Hit the ground (log 90.0 s)"),
         (FlightEnd(0, "impact", 90.0, 12.94), "Hit the ground at 12.9 m/s (log 90.0 s)"),
         (
+            FlightEnd(0, "impact", 90.0, 12.94, over_ground=5.0),
+            "Hit the ground at 12.9 m/s (log 90.0 s)",
+        ),
+        (
+            FlightEnd(0, "impact", 90.0, 3.0, over_ground=4.0),
+            "Hit the ground at 5.0 m/s, 3.0 of it downwards (log 90.0 s)",
+        ),
+        (
             FlightEnd(0, "impact", 90.0, 3.0, 88.5, "lean"),
             "Hit the ground at 3.0 m/s (log 90.0 s), 1.5 s after control was lost",
         ),
@@ -151,7 +159,7 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
         ),
         (
             FlightEnd(0, "control_lost", 90.0, None, 80.0, "spin"),
-            "It began to spin (log 80.0 s) and the log shows no recovery",
+            "It began to spin (log 80.0 s), and the flight ends 10.0 s later",
         ),
         (FlightEnd(0, "impact", 90.0, None, 89.95), "Hit the ground (log 90.0 s)"),
         (
@@ -160,11 +168,12 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
         ),
         (
             FlightEnd(0, "control_lost", 90.0, None, 80.0, "demand"),
-            "Control was lost (log 80.0 s) and the log shows no recovery",
+            "Control was lost (log 80.0 s), and the flight ends 10.0 s later",
         ),
         (
             FlightEnd(0, "in_air", 90.0, None, 80.0, "stop"),
-            "All motors were told to stop in the air (log 80.0 s) and the log shows no recovery",
+            "All motors were told to stop in the air (log 80.0 s), "
+            "and the flight ends 10.0 s later",
         ),
         (FlightEnd(0, "in_air", 90.0), "The recording stops in flight (log 90.0 s)"),
         (FlightEnd(0, "landed", 90.0), "Landed (log 90.0 s)"),

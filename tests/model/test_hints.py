@@ -111,6 +111,7 @@ def test_nothing_is_said_of_a_component_that_is_tested(flight):
     ("kind", "message", "expected"),
     [
         (("dataflash", "ardupilot", "quad"), "RAW_IMU", "LOG_BITMASK, IMU, bit 7"),
+        (("dataflash_text", "ardupilot", "quad"), "RAW_IMU", "LOG_BITMASK, IMU, bit 7"),
         (("dataflash", "ardupilot", "quad"), "SERVO_OUTPUT_RAW", "LOG_BITMASK, RC output, bit 10"),
         (
             ("dataflash", "ardupilot", "plane"),

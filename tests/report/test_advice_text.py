@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
-from fdi.diagnosis import Advice
+from fdi.diagnosis import Advice, Ending
 from fdi.methods.setup import Check, Setting
 from fdi.report.advice_text import advice_line, advice_rows, first_steps
 from fdi.result import Analysis
+from fdi.telemetry.ends import FlightEnd
 
 LOOK = Advice("Look at it", "Broken is seen", None, "a page", "https://example.org/a")
 RECORD = Advice(
@@ -47,6 +48,22 @@ def test_a_wrong_set_up_goes_before_the_finding(analysis: Analysis) -> None:
     found = first_steps(with_advice(analysis, LOOK), [check])
     assert "set COMPASS_ORIENT from 0 to 8. It fits then." in found[0]
     assert found[-1].startswith("Look at it")
+
+
+def test_what_carries_a_vehicle_that_crashed_is_told_before_how_and_that_before_the_rest(
+    analysis: Analysis,
+) -> None:
+    """Of a crash that nobody is accused of: too little thrust, then the blow, then a compass."""
+    told = analysis.diagnosis
+    crash = Ending(FlightEnd(0, "impact", 80.0, 9.0), advice=(LOOK,))
+    made = replace(analysis, diagnosis=replace(told, findings=(), endings=(crash,)))
+    checks = [Check("compass 1", "wrong", ""), Check("thrust to weight", "wrong", "")]
+    lines = first_steps(made, checks, most=20)
+    places = [
+        next(i for i, line in enumerate(lines) if word in line)
+        for word in ("Make the vehicle lighter", "Look at it", "Compare the compass' arrow")
+    ]
+    assert places == sorted(places)
 
 
 def test_what_did_not_decide_is_not_told_first(analysis: Analysis) -> None:

@@ -193,6 +193,15 @@ def test_it_is_told_which_flight_the_estimators_findings_are_of(analysis: Analys
     assert "own estimator noticed" not in summary(noticed(analysis, flights=1))
 
 
+def test_when_it_showed_before_is_told(analysis: Analysis) -> None:
+    told = analysis.diagnosis
+    first = replace(told.findings[0], earlier=((12.0, 14.5), (20.0, 21.0)))
+    made = replace(analysis, diagnosis=replace(told, findings=(first, *told.findings[1:])))
+    said = " ".join(summary(made).split())
+    assert "so it did before, from log 12.0 s to 14.5 s and 1 more time" in said
+    assert "so it did before" not in summary(analysis)
+
+
 def test_what_the_estimator_noticed_too_late_is_counted(analysis: Analysis) -> None:
     late = EstimatorFinding("rejected", 86.0, 87.0, "velocity is rejected", is_late=True)
     told = " ".join(summary(noticed(analysis, late, flights=1)).split())

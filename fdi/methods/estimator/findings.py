@@ -282,8 +282,10 @@ def _faults(bits: Bits, air: Span) -> Iterator[Finding]:
         if spans:
             low, high = spans[0]
             times = f", {len(spans)} times" if len(spans) > 1 else ""
+            if low < air[0] and high >= air[1]:
+                times = ", which was there before and all through the flight"
             text = f"filter fault {bit.name} of {core_name(bits, bit.core)}{times}"
-            yield Finding("fault", low, high, text, bit.source)
+            yield Finding("fault", max(low, air[0]), high, text, bit.source)
 
 
 def _consequence(upset: Moment, complaint: Moment | None) -> Iterator[Finding]:

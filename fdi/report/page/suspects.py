@@ -39,7 +39,7 @@ _HOW: Final = {
     "failsafe": "After a failsafe: the autopilot reports one in this flight.",
     "on_ground": "It never left the ground.",
     "tipped_over": "It tipped over on the ground.",
-    "control_lost": "Out of control; the recording stops before it hits anything.",
+    "control_lost": "Out of control as the flight ends; no blow is seen.",
 }
 
 
@@ -70,13 +70,15 @@ class Rest:
     quiet: tuple[str, ...]
 
 
-def ending_words(ending: Ending | None) -> str:
-    """Return how a flight ended, as a sentence or two."""
+def ending_words(ending: Ending | None, flights: int = 1) -> str:
+    """Return how a flight ended, as a sentence or two, and which of them it is."""
+    if ending is not None and flights > 1:
+        return f"Flight {ending.end.flight + 1} of {flights}: {ending_words(ending)}"
     if ending is None:
         return "No flight is seen in this log."
     end = ending.end
     if end.how == "impact":
-        speed = "" if end.speed is None else f" at {end.speed:.1f} m/s"
+        speed = end.how_fast
         what = "hit the ground" if end.is_seen else "fell"
         when = f"log {at(end.at)} s" if end.is_seen else f"as the log ends, {at(end.at)} s"
         said = f"It {what}{speed}, {when}."
