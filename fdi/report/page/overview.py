@@ -7,6 +7,7 @@ log is read in MAVLink's words, so one table of channels serves all.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 
 from fdi.report.page.panel import Curve, Look, Panel
 from fdi.telemetry import Log
+from fdi.telemetry.events import flight_state
+from fdi.telemetry.motion import heights_by_pressure
 from fdi.units import customary
 
 Floats = NDArray[np.float64]
@@ -89,7 +92,10 @@ _PANELS: Final[tuple[tuple[str, tuple[_Row, ...]], ...]] = (
 _OUTPUTS_AFTER: Final = "Yaw"
 _OUTPUTS: Final = ("MOTORS", "OUTPUTS", "SERVO_OUTPUT_RAW")
 MOST_OUTPUTS: Final = 12
-_HEIGHTS: Final = ("VFR_HUD.alt", "GPS_RAW_INT.alt")
+_BY_RECEIVER: Final = "GPS_RAW_INT.alt"
+_HEIGHTS: Final = ("VFR_HUD.alt", _BY_RECEIVER)
+_METRES: Final = "m"
+_SAME_M: Final = 0.05
 
 
 def overview(log: Log) -> list[Panel]:
@@ -100,7 +106,7 @@ def overview(log: Log) -> list[Panel]:
         if panel is None and title.startswith("Height"):
             panel = _panel("Height above the sea", (_Row("flown", _HEIGHTS),), log)
         if panel is not None:
-            panels.append(_with_demand(panel, log) if title.startswith("Height") else panel)
+            panels.append(_with_witnesses(panel, log) if title.startswith("Height") else panel)
         if title == _OUTPUTS_AFTER:
             panels += _outputs(log)
     return panels
@@ -145,17 +151,48 @@ def _outputs(log: Log) -> list[Panel]:
     return []
 
 
-def _with_demand(panel: Panel, log: Log) -> Panel:
-    """Return a panel of the height with the one that was demanded, where the log tells the error.
+def _with_witnesses(panel: Panel, log: Log) -> Panel:
+    """Return a panel of the height with all else in the log that tells a height."""
+    flown = panel.curves[0]
+    known = np.isfinite(flown.value)
+    if not known.any():
+        return panel
+    others = (_demanded(flown, log), *_measured(flown, panel.unit, log))
+    return Panel(panel.title, panel.unit, (flown, *(one for one in others if one is not None)))
+
+
+def _demanded(flown: Curve, log: Log) -> Curve | None:
+    """Return the height that was demanded while a mode controls it; None where nothing tells it.
 
     ``alt_error`` is demanded less flown (MAVLink).
     """
     error = curve_of(log, "demanded", "NAV_CONTROLLER_OUTPUT.alt_error", "dash")
-    flown = panel.curves[0]
-    known = np.isfinite(flown.value)
-    if error is None or not np.nanmax(np.abs(error[0].value)) > 0 or not known.any():
-        return panel
-    own = error[0]
+    if error is None or not np.nanmax(np.abs(error[0].value)) > 0:
+        return None
+    own, known = error[0], np.isfinite(flown.value)
     at = np.interp(own.t, flown.t[known], flown.value[known], left=np.nan, right=np.nan)
-    demanded = Curve("demanded", own.t, own.value + at, look="dash")
-    return Panel(panel.title, panel.unit, (flown, demanded))
+    controlled = flight_state(own.t, log.reported, ()).controls_height
+    return Curve("demanded", own.t, np.where(controlled, own.value + at, np.nan), look="dash")
+
+
+def _measured(flown: Curve, unit: str, log: Log) -> Iterator[Curve]:
+    """Yield the heights that sensors measure, moved to where the flown one is at take-off.
+
+    An estimate that runs away from both of them shows at once.
+    """
+    start = next((flight.airborne[0] for flight in log.flights if flight.flew), flown.t[0])
+    pressed = heights_by_pressure(log.messages)
+    found = [("by air pressure", *pressed, _METRES)]
+    receiver = curve_of(log, "", _BY_RECEIVER)
+    if receiver is not None and flown.channel != _BY_RECEIVER:
+        found.append(("by the receiver", receiver[0].t, receiver[0].value, receiver[1]))
+    for label, t, value, its_unit in found:
+        known = np.isfinite(value)
+        if its_unit == unit and known.any():
+            own = float(np.interp(start, t[known], value[known]))
+            here = np.isfinite(flown.value)
+            level = float(np.interp(start, flown.t[here], flown.value[here]))
+            moved = value - own + level
+            same = np.interp(t[known], flown.t[here], flown.value[here])
+            if np.abs(moved[known] - same).max() > _SAME_M:  # or it is the same reading
+                yield Curve(label, t, moved)
