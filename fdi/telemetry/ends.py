@@ -143,7 +143,7 @@ class FlightEnd:
         if self.over_ground is None or self.over_ground <= self.speed:
             return f" at {self.speed:.1f} m/s"
         total = float(np.hypot(self.speed, self.over_ground))
-        return f" at {total:.1f} m/s, {self.speed:.1f} of it downwards"
+        return f" at {total:.1f} m/s, {self.speed:.1f} m/s of it downwards"
 
     @property
     def is_bad(self) -> bool:

@@ -143,7 +143,7 @@ def test_what_the_tests_did_on_the_ground_is_not_counted():
         ),
         (
             FlightEnd(0, "impact", 90.0, 3.0, over_ground=4.0),
-            "Hit the ground at 5.0 m/s, 3.0 of it downwards (log 90.0 s)",
+            "Hit the ground at 5.0 m/s, 3.0 m/s of it downwards (log 90.0 s)",
         ),
         (
             FlightEnd(0, "impact", 90.0, 3.0, 88.5, "lean"),
