@@ -10,6 +10,7 @@ from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.undecided import FOLLOWED, NO_SIZE, ONLY_ACCUSE, left_open, not_testable
 from fdi.diagnosis.verdict import count_tests
 from fdi.telemetry import Flight
+from fdi.telemetry.ends import FlightEnd
 
 from .build import RATE, alarms_of, bank_of, model, named, row
 
@@ -121,6 +122,24 @@ def test_who_has_no_test_that_ran_is_told_so():
 )
 def test_whether_a_test_ran_too_little_or_not_to_the_end_is_told(gap, said):
     assert why("gps", {}, unknown={BARO: [gap]}, flights=FLOWN) == said
+
+
+@pytest.mark.parametrize(
+    ("how", "at", "said"),
+    [
+        ("in_air", 100.0, "it may have ended a log that ends without a landing"),
+        ("impact", 99.0, "it may have ended a log that ends without a landing"),
+        (
+            "impact",
+            80.0,
+            "a moment's failure of it may have ended a flight that ends without a landing",
+        ),
+    ],
+)
+def test_who_may_have_ended_a_flight_did_not_end_a_log_that_goes_on(how, at, said):
+    bank = bank_of(model(SHOWN).replace("sun: {", "sun: {ends_log: true, "))
+    ends = (FlightEnd(0, how, at),)
+    assert why("sun", {}, bank=bank, ends=ends) == said
 
 
 def test_of_whom_no_size_can_be_stated_is_told_so():

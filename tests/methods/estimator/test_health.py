@@ -8,9 +8,9 @@ from flights import ROOT
 
 from fdi.errors import LogError, UsageError
 from fdi.methods.estimator import estimator_health
-from fdi.methods.estimator.bits import layout, release_of
+from fdi.methods.estimator.bits import Bit, Bits, layout, release_of
 from fdi.methods.estimator.cores import Change, Selection, whipsaws
-from fdi.methods.estimator.findings import fallen, growing, standing
+from fdi.methods.estimator.findings import _faults, fallen, growing, standing
 from fdi.methods.estimator.moments import Moment, complaint_of
 from fdi.methods.estimator.records import table
 from fdi.methods.estimator.tree import Node, path, walk
@@ -313,3 +313,19 @@ def test_a_ratio_that_is_not_used_is_not_said_to_be_missing(tmp_path: Path) -> N
     (test, *_) = [node for node, _, _ in walk(tree) if "test after take-off" in node.name]
     assert test.spans is None
     assert test.because == "a ratio of velocity or position is not used, or not in this log"
+
+
+@pytest.mark.parametrize(
+    ("spans", "at", "said"),
+    [
+        (((0.0, 100.0),), 20.0, "which was there before and all through the flight"),
+        (((30.0, 31.0), (40.0, 41.0)), 30.0, ", 2 times"),
+        (((0.0, 25.0),), 20.0, "filter fault bit 0 of core 1"),
+        (((0.0, 15.0),), None, ""),
+    ],
+)
+def test_a_fault_bit_that_is_set_all_through_a_log_is_no_event_of_its_first_second(spans, at, said):
+    """Old firmware writes a constant into the mask."""
+    told = [*_faults(Bits((Bit("fault", "bit 0", 1, "EKF4.FS", spans, 0.0),), ()), (20.0, 90.0))]
+    assert [one.t for one in told] == ([] if at is None else [at])
+    assert all(said in one.text for one in told)
