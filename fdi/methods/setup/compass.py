@@ -157,6 +157,8 @@ def _turned(name: str, angle: Interval, told_by: Setting | None) -> Check | None
     least, most = sorted((abs(angle.least), abs(angle.most)))
     if angle.least * angle.most <= 0 or least <= FITS:
         return None
+    if len({round(one / (2 * FITS)) for one in (least, most)}) > 1:
+        return None  # by how many times 45 degrees, which mountings are apart, it does not tell
     off = Interval(abs(angle.value), least, most)
     side = "right" if angle.value > 0 else "left"
     nearest = f"YAW_{round(angle.value / (2 * FITS)) % 8 * 45}"

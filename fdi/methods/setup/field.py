@@ -186,8 +186,11 @@ def _interference(
         said = f"the current changes by {high - low:.1f} A in flight, too little to show it"
         return Check(name, "not known", said)
     size, error = _per_ampere(turn.values, body, amperes)
+    # what is added to the Earth's field cannot be more than both are seen to be together
+    bound = (float(np.linalg.norm(body, axis=1).max()) + strength) / strength
     share, least, most = (
-        max(x, 0.0) * high / strength for x in (size, size - _SURE * error, size + _SURE * error)
+        min(max(x, 0.0) * high / strength, bound)
+        for x in (size, size - _SURE * error, size + _SURE * error)
     )
     numbers = {
         "mgauss_per_ampere": size * 1e7,
