@@ -17,6 +17,7 @@ from fdi.diagnosis.stood_out import Fact
 from fdi.methods.setup.compass import COMPASSES, all_readings, use_parameter
 from fdi.shown import Shown
 from fdi.telemetry import Log
+from fdi.telemetry.log import recorder_of
 from fdi.telemetry.motors import ROTORS
 
 Word = Literal["mistake", "risk", "note"]
@@ -173,7 +174,7 @@ def _has_all_outputs(values: Mapping[str, float]) -> bool:
 
 def _silent_compasses(log: Log) -> Iterator[Gap]:
     """Yield the compasses that are in use and there, and say nothing while others do."""
-    if log.recorder != "dataflash":  # a telemetry link leaves out what is there
+    if recorder_of(log.format) != "dataflash":  # a telemetry link leaves out what is there
         return
     speak = all_readings(log)
     for number in range(1, len(COMPASSES) + 1):
@@ -189,7 +190,7 @@ def _notches(log: Log) -> Iterator[Gap]:
     tells = any(
         key.startswith(("ESC_TELEMETRY", "ROTOR_", "ESC[")) or key == "ESC" for key in log.messages
     )
-    if log.recorder != "dataflash" or tells:  # a telemetry link leaves out what is there
+    if recorder_of(log.format) != "dataflash" or tells:  # a telemetry link leaves out what is there
         return
     for name, value in log.parameters.items():
         is_on = log.parameters.get(name.replace("_MODE", "_ENABLE")) == 1.0

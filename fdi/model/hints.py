@@ -24,6 +24,7 @@ from fdi.structure import decompose, submodel
 from fdi.telemetry import Log
 from fdi.telemetry.catalogue import data_table, recorded_message
 from fdi.telemetry.dialect import definition_by_name
+from fdi.telemetry.log import recorder_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +135,8 @@ def recorded_as(source: str, log: Log) -> str:
     What is made of another message is called as that one.
     """
     source = recorded_message(source)
-    if log.recorder in _MAPPED:
-        row = data_table(_MAPPED[log.recorder])["messages"].get(source)
+    if recorder_of(log.format) in _MAPPED:
+        row = data_table(_MAPPED[recorder_of(log.format)])["messages"].get(source)
         if row is not None:
             return str(row["base"][0]).partition(" on ")[0]
         own = source.islower() if log.format == "ulog" else len(source.partition("[")[0]) <= 4
@@ -159,7 +160,7 @@ def setting_of(source: str, log: Log) -> str:
     name = recorded_as(source, log)
     source = recorded_message(source)
     bare = name.partition("[")[0]
-    if log.recorder == "dataflash":
+    if recorder_of(log.format) == "dataflash":
         groups = data_table("mavlink_dataflash")["groups"]
         kind = next((kind for kind, vehicles in groups.items() if log.vehicle in vehicles), "")
         bit = table["bits"].get(kind, {}).get(bare, "")

@@ -208,11 +208,6 @@ class Log:
     _cache: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def recorder(self) -> str:
-        """The format, ``dataflash`` for both of its forms: what is recorded by which settings."""
-        return recorder_of(self.format)
-
-    @property
     def name(self) -> str:
         """The file's name without its folder; of several files all names."""
         return " + ".join(self.files)
