@@ -27,8 +27,6 @@ from fdi.windows import runs_of
 
 BEFORE_S: Final = 10.0
 """What began earlier and led to the end is an alarm by then, and listed where it still stands."""
-LONG_S: Final = 60.0
-"""Of events with an alarm that still stands."""
 WARNING: Final = 4
 """MAVLink's severity; what an autopilot merely mentions is not listed."""
 LEAST: Final = 2
@@ -61,8 +59,7 @@ def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     moment = went_wrong(end)
     tests = list(left_health(moment, alarms, whom))
     # what the autopilot said as the first of what still stands began belongs to it
-    since = min((one.at for one in tests if one.kind == "alarm"), default=moment)
-    since = min(max(since, moment - LONG_S), moment - BEFORE_S)
+    since = min([moment - BEFORE_S, *(one.at for one in tests if one.kind == "alarm")])
     found = [*_events(alarms.residuals.signals.events, since, moment), *tests]
     if end.lost_by == "stop":
         found.append(First(moment, "command", "all motors are told to stop"))

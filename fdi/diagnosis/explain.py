@@ -130,9 +130,9 @@ def _figure(value: float) -> str:
     """Return a number with three digits, and without an exponent where a person reads it.
 
     >>> _figure(0.12345), _figure(1374.2)
-    ('0.123', '1374')
+    ('0.123', '1370')
     """
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e7 else f"{value:.3g}"
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def listed(names: Sequence[str]) -> str:
