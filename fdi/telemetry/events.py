@@ -34,6 +34,11 @@ Kind = Literal[
 ]
 
 
+SETTLING_S: Final = 5.0
+"""After take-off, and from rotors to wings, filters and controllers settle, s; read off healthy
+simulated flights."""
+
+
 def over_words(alarm: str) -> str:
     """Return what is said where an alarm of the autopilot no longer stands.
 
@@ -43,11 +48,6 @@ def over_words(alarm: str) -> str:
     'radio failsafe is over'
     """
     return f"{alarm.split(':')[0]} is over"
-
-
-SETTLING_S: Final = 5.0
-"""After take-off, and from rotors to wings, filters and controllers settle, s; read off healthy
-simulated flights."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,10 +140,10 @@ def parameter_words(event: Event) -> str:
     return f"{event.text} set{old} to {event.value:.6g}"
 
 
-def _by_text(t: float, events: Sequence[Event]) -> str:
-    """Return who disarmed by what the autopilot says of it at that moment, "" where it does not."""
-    said = (_DISARMED.search(e.text) for e in events if e.kind == "text" and abs(e.t - t) <= 1.0)
-    return next((found["by"].lower() for found in said if found), "")
+def _disarmers(events: Sequence[Event]) -> list[tuple[float, str]]:
+    """Return when the autopilot says who disarmed, s, and who."""
+    said = ((e.t, _DISARMED.search(e.text)) for e in events if e.kind == "text")
+    return [(t, found["by"].lower()) for t, found in said if found]
 
 
 def _name(mode: Event | None) -> str:
@@ -162,6 +162,7 @@ def _others(events: Sequence[Event], since: float, low: float) -> Iterator[Order
     """
     armed = max((e.t for e in events if e.kind == "arm"), default=-np.inf)
     last = {event.text: event.t for event in events}
+    told = _disarmers(events)
     seen = set()
     for event in events:
         if event.kind == "parameter" and event.t >= low and steers(event.text):
@@ -177,7 +178,8 @@ def _others(events: Sequence[Event], since: float, low: float) -> Iterator[Order
         elif event.kind == "command":
             yield Order(event.t, "command", event.text, event.by)
         elif event.kind == "disarm" and event.t > armed:
-            yield Order(event.t, "disarm", "disarmed", event.by or _by_text(event.t, events))
+            by = next((who for t, who in told if abs(t - event.t) <= AFTER_S), "")
+            yield Order(event.t, "disarm", "disarmed", event.by or by)
 
 
 def _by_switch(

@@ -46,6 +46,8 @@ _MOST_NAMED: Final = 3
 _EXPO: Final = {"ardupilot": ("MOT_THST_EXPO", 0.65), "px4": ("THR_MDL_FAC", 0.0)}
 _SPIN: Final = ((("MOT_SPIN_MIN",), 0.15), (("MOT_SPIN_MAX", "MOT_THST_MAX"), 0.95))
 """How they are called, the newest name first (MOT_THST_MAX: Copter 3.3), and their defaults."""
+_TCRV: Final = {"MOT_TCRV_MIDPCT": 50.0, "MOT_TCRV_MAXPCT": 100.0}
+"""% of the range that give half of the thrust and all of it; by default where no curve is set."""
 _AXES: Final = ("roll", "pitch", "yaw")
 
 
@@ -109,12 +111,10 @@ def thrust_of(log: Log, share: Floats) -> Floats:
     """
     curve = log.parameters.get("MOT_TCRV_ENABLE")
     if curve is not None:
-        middle, most = (
-            log.parameters.get(f"MOT_TCRV_{end}PCT", own) / 100 if curve else own / 100
-            for end, own in (("MID", 50.0), ("MAX", 100.0))
-        )
+        bends = {name: log.parameters.get(name, own) for name, own in _TCRV.items()}
+        middle, most = (bends if curve else _TCRV).values()
         if 0 < middle < most:
-            return np.asarray(np.interp(share, [0.0, middle, most], [0.0, 0.5, 1.0]))
+            return np.asarray(np.interp(100 * share, [0.0, middle, most], [0.0, 0.5, 1.0]))
     name, usual = _EXPO.get(log.autopilot, ("", 0.0))
     bend = min(max(log.parameters.get(name, usual), 0.0), 1.0)
     low, high = 0.0, 1.0

@@ -62,8 +62,8 @@ def check_mounting(log: Log) -> Iterator[Check]:
         force = series(log, key, ("xacc", "yacc", "zacc"))
         if force is not None:
             yield _upright(f"accelerometer {number}", log, force)
-    turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"), in_units=True)
     yield from _zero_rate(log)
+    turned = series(log, "RAW_IMU", ("xgyro", "ygyro", "zgyro"), in_units=True)
     known = attitude(log)
     if turned is not None and known is not None:
         yield _turning(log, turned, known)
@@ -72,7 +72,7 @@ def check_mounting(log: Log) -> Iterator[Check]:
 def _zero_rate(log: Log) -> Iterator[Check]:
     """Yield what the gyroscopes read while their accelerometer rests and nothing flies.
 
-    Before they rest on the ground they are calibrated, so that nothing is left of their own offset.
+    An autopilot calibrates them as it starts: of their own offset nothing should be left.
     """
     read = series(
         log, "RAW_IMU", ("xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro"), in_units=True

@@ -82,8 +82,12 @@ def check_vibration(log: Log) -> Iterator[Check]:
 
 def _in_flight(log: Log, found: Series) -> np.ndarray:
     """Return the levels, (n,), while it flies as it should."""
-    flies = within(found.t, stretches(log)) & ~spins(log, found.t)
+    flies = _flies(log, found)
     return found.values[0][flies] if flies.sum() >= _FEW else np.empty(0)
+
+
+def _flies(log: Log, found: Series) -> np.ndarray:
+    return within(found.t, stretches(log)) & ~spins(log, found.t)
 
 
 def _clipped(log: Log) -> int:
@@ -94,6 +98,5 @@ def _clipped(log: Log) -> int:
         if found is None:
             continue
         more = np.diff(found.values[0], prepend=found.values[0][:1])
-        flies = within(found.t, stretches(log)) & ~spins(log, found.t)
-        count += float(more[flies & (more > 0)].sum())
+        count += float(more[_flies(log, found) & (more > 0)].sum())
     return int(count)

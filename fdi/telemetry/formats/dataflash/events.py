@@ -32,9 +32,10 @@ from fdi.telemetry.quality import QualityRecord
 
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
+_INTERLOCK: Final = 56
 _STOPS: Final = {
     54: "emergency stop: all motors are stopped by a switch",
-    56: "motor interlock: all motors are stopped by a switch",
+    _INTERLOCK: "motor interlock: all motors are stopped by a switch",
 }
 """EV.Id; of rotors, which run again where it is taken back."""
 _SAME_S: Final = 0.5  # s, in which EV and ARM tell of one arming
@@ -96,11 +97,12 @@ def log_events(timed: Timed, vehicle: str, firmware: str | None) -> Iterator[Eve
     yield from _arming(timed)
     sent = sorted(timed.lines("MAVC", "Cmd", "P1", "P2"))
     yield from command_events(sent)
-    said = sorted(timed.lines("EV", "Id"))
-    disarmed = [t for t, code in said if code == _DISARMED]
-    for t, code in said:
+    disarmed = -np.inf
+    for t, code in sorted(timed.lines("EV", "Id")):
+        if code == _DISARMED:
+            disarmed = t
         # the interlock is off as soon as the motors are disarmed: then nobody switched it
-        if code in _STOPS and not any(0 <= t - other < _SAME_S for other in disarmed):
+        elif code in _STOPS and not (code == _INTERLOCK and t - disarmed < _SAME_S):
             yield Event(t, "command", _STOPS[code])
     for t, subsystem, code in timed.lines("ERR", "Subsys", "ECode"):
         name = data_table("errors_dataflash")["subsystems"].get(str(subsystem), "")
