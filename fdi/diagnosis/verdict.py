@@ -289,7 +289,7 @@ def _accused(
     if bad is not None:
         head = [_end_words(bad) + ("." if explains else "; no component explains it.")]
     # in the order in which they are given up
-    return _fitted([*head, f"{core}{height}{mode}{what}."], [tail, height, mode], tail)
+    return _fitted([*head, f"{core}{height}{mode}{what}."], [tail, height, mode, what], tail)
 
 
 def _order(findings: Sequence[Finding], signals: Signals, bad: FlightEnd | None) -> When:

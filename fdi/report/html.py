@@ -86,7 +86,7 @@ def html_report(analysis: Analysis, document: Mapping[str, Any] | None = None) -
         data=Markup(json_for_page(page.data)),
         ended=ending_words(last := last_end(analysis), len(analysis.log.flights)),
         end_advice=last.advice if last else about_no_flight(analysis.log, analysis.system),
-        steps=first_steps(analysis),
+        steps=first_steps(analysis, analysis.setup),
         signs=first_signs(last, analysis),
         alarmed=alarmed(analysis),
         states=[(name, words) for name, words in STATES.items() if name in states.values()],
