@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fdi.report.style import label
 from fdi.telemetry import Log
-from fdi.telemetry.spectra import Spectrum, in_air, motor_rates
+from fdi.telemetry.spectra import Spectrum, in_air, motor_rates, notches
 
 Floats = NDArray[np.float64]
 
@@ -63,11 +63,21 @@ def turning(one: Spectrum, log: Log) -> Iterator[tuple[Floats, Floats]]:
 
 
 def told_of(found: Sequence[Spectrum], log: Log) -> Iterator[str]:
-    """Yield of each what was sampled how fast, and the line that stands out most in the air."""
-    air = in_air(found, log)
+    """Yield of each what was sampled how fast, and the line that stands out most in the air.
+
+    A gyroscope's line is held against the fixed notch filters, if any are set.
+    """
+    air, filters = in_air(found, log), notches(log)
     for one in found:
         line = one.strongest(*air)
         what = (
             "no line stands out" if line is None else f"line at {line[0]:.0f} Hz, {line[1]:.0f} dB"
         )
+        if line is not None and filters and one.sensor == "gyroscope":
+            own = next((notch for notch in filters if notch.reaches(line[0])), None)
+            what += (
+                ", which no fixed notch filter takes out"
+                if own is None
+                else f", within the notch filter at {own.hz:.0f} Hz"
+            )
         yield f"{label(one.message)} at {one.rate_hz:.0f} Hz, {what}"

@@ -57,15 +57,30 @@ _FIFO: Final = {"gyroscope": "sensor_gyro_fifo", "accelerometer": "sensor_accel_
 _BATCH_TYPE: Final = {"accelerometer": 0, "gyroscope": 1}  # ISBH.type
 _ENTRIES: Final = range(32)  # of an array of a record
 _AXES: Final = "xyz"
-_NOTCHES: Final = (
-    *(
-        ("ardupilot", f"INS_{n}_ENABLE", f"INS_{n}_FREQ", f"INS_{n}_MODE")
+_NOTCHES: Final[Mapping[str, list[tuple[str, ...]]]] = {
+    "ardupilot": [
+        (f"INS_{n}_ENABLE", *(f"INS_{n}_{what}" for what in ("FREQ", "BW", "MODE", "HMNCS")))
         for n in ("HNTCH", "HNTC2", "NOTCH")
-    ),
-    *(("px4", f"IMU_GYRO_NF{n}_FRQ", f"IMU_GYRO_NF{n}_FRQ", "") for n in range(2)),
-)
-"""Autopilot, what switches it on, its frequency, and its mode: one that follows motors has another
-than 0."""
+    ],
+    "px4": [
+        (f"IMU_GYRO_NF{n}_FRQ", f"IMU_GYRO_NF{n}_FRQ", f"IMU_GYRO_NF{n}_BW", "", "")
+        for n in range(2)
+    ],
+}
+"""Of each autopilot what switches a filter on, its frequency and bandwidth, its mode (one that
+follows motors has another than 0) and its harmonics: a bit for each."""
+_HARMONICS: Final = 8  # ArduPilot's most
+
+
+class Notch(NamedTuple):
+    """A fixed notch filter, or a harmonic of one: its middle and how wide it is, Hz."""
+
+    hz: float
+    width: float
+
+    def reaches(self, hz: float) -> bool:
+        """Return whether it takes out most of a line at a frequency."""
+        return abs(hz - self.hz) <= self.width / 2
 
 
 class Piece(NamedTuple):
@@ -172,16 +187,21 @@ def motor_rates(log: Log) -> Iterator[tuple[Floats, Floats]]:
             yield message.t, np.abs(message.si("rpm")) / (2 * np.pi)
 
 
-def notches(log: Log) -> list[float]:
-    """Return the frequencies, Hz, at which fixed notch filters are set."""
-    told = [
-        float(log.parameters.get(frequency, 0.0))
-        for autopilot, switch, frequency, mode in _NOTCHES
-        if autopilot == log.autopilot
-        and log.parameters.get(switch, 0) > 0
-        and not log.parameters.get(mode, 0)
-    ]
-    return sorted({hz for hz in told if hz > 0})
+def notches(log: Log) -> list[Notch]:
+    """Return the fixed notch filters that are set, one for each harmonic, by frequency."""
+    found = set[Notch]()
+    for switch, frequency, width, mode, harmonics in _NOTCHES.get(log.autopilot or "", ()):
+        told = [log.parameters.get(name, 0.0) for name in (switch, frequency, width, mode)]
+        if told[0] <= 0 or told[1] <= 0 or told[3]:
+            continue
+        bits = int(log.parameters.get(harmonics, 1))
+        # its quality is one for all harmonics: the width grows with them (HarmonicNotchFilter)
+        found |= {
+            Notch(k * float(told[1]), k * float(told[2]))
+            for k in range(1, _HARMONICS + 1)
+            if bits >> (k - 1) & 1
+        }
+    return sorted(found)
 
 
 def _plain(log: Log, sensor: Sensor) -> Iterator[Samples]:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fdi.report.waterfall import told_of
 from fdi.telemetry import read
 from fdi.telemetry.message import Column, Message
 from fdi.telemetry.spectra import fastest, motor_rates, notches, spectrum, too_slow
@@ -156,15 +157,40 @@ def test_motors_turn_as_often_as_their_controllers_say():
     np.testing.assert_allclose(turns, 100.0)
 
 
+HARMONIC = {
+    "INS_HNTCH_ENABLE": 1,
+    "INS_HNTCH_FREQ": 80.0,
+    "INS_HNTCH_BW": 40.0,
+    "INS_HNTCH_HMNCS": 3,
+}
+"""A fixed filter of ArduPilot at 80 Hz and twice it."""
+
+
 @pytest.mark.parametrize(
     ("autopilot", "parameters", "found"),
     [
-        ("ardupilot", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0}, [80.0]),
-        ("ardupilot", {"INS_HNTCH_ENABLE": 0, "INS_HNTCH_FREQ": 80.0}, []),
-        ("ardupilot", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0, "INS_HNTCH_MODE": 3}, []),
-        ("px4", {"IMU_GYRO_NF0_FRQ": 0.0, "IMU_GYRO_NF1_FRQ": 95.0}, [95.0]),
-        ("px4", {"INS_HNTCH_ENABLE": 1, "INS_HNTCH_FREQ": 80.0}, []),
+        ("ardupilot", HARMONIC, [(80.0, 40.0), (160.0, 80.0)]),
+        ("ardupilot", HARMONIC | {"INS_HNTCH_HMNCS": 4}, [(240.0, 120.0)]),
+        ("ardupilot", HARMONIC | {"INS_HNTCH_ENABLE": 0}, []),
+        ("ardupilot", HARMONIC | {"INS_HNTCH_MODE": 3}, []),
+        ("px4", {"IMU_GYRO_NF0_FRQ": 0.0, "IMU_GYRO_NF1_FRQ": 95.0}, [(95.0, 0.0)]),
+        ("px4", HARMONIC, []),
     ],
 )
 def test_notch_filters_are_those_that_are_on(autopilot, parameters, found):
     assert notches(log(autopilot=autopilot, parameters=parameters)) == found
+
+
+@pytest.mark.parametrize(
+    ("hz", "told"),
+    [(95.0, "within the notch filter at 80 Hz"), (110.0, "which no fixed notch filter takes out")],
+)
+def test_a_line_is_held_against_the_filters_that_are_set(hz, told):
+    t = np.arange(0.0, 10.0, 1 / 400)
+    noise = np.random.default_rng(0).normal(0.0, 0.01, (3, t.size))
+    wave = noise + np.sin(2 * np.pi * hz * t)
+    raw = message("GYR", t, dict(zip(("GyrX", "GyrY", "GyrZ"), wave, strict=True)))
+    given = log(raw, autopilot="ardupilot", parameters=HARMONIC | {"INS_HNTCH_HMNCS": 1})
+    (words,) = told_of([spectrum(given, "gyroscope")], given)
+    assert f"line at {hz:.0f} Hz" in words
+    assert words.endswith(told)

@@ -64,7 +64,7 @@ def _curves(one: Spectrum, log: Log, t: Floats) -> Iterator[Curve]:
     whole = np.array([t[0], t[-1]])
     for number, (moments, turns) in enumerate(turning(one, log), 1):
         yield Curve(f"motor {number} turns", moments, turns)
-    for notch in notches(log):
-        if notch < one.hz[-1]:
-            yield Curve(f"notch filter {notch:.0f} Hz", whole, np.full(2, notch), look="bound")
+    for hz, _ in notches(log):
+        if hz < one.hz[-1]:
+            yield Curve(f"notch filter {hz:.0f} Hz", whole, np.full(2, hz), look="bound")
     yield Curve("half the rate of sampling", whole, np.full(2, one.hz[-1]), look="dash")

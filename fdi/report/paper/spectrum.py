@@ -82,7 +82,7 @@ def _overlay(ax: Any, one: Spectrum, analysis: Analysis) -> None:
     """Draw how fast motors turn, folded where sampling is too slow for it, and notch filters."""
     for t, folded in turning(one, analysis.log):
         ax.plot(t, folded, color="white", linewidth=0.4, alpha=0.8)
-    for hz in notches(analysis.log):
+    for hz, _ in notches(analysis.log):
         if hz < one.hz[-1]:
             ax.axhline(hz, color="#63b3ed", linestyle=":", linewidth=0.8)
             ax.annotate(
