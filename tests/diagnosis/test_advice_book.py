@@ -35,6 +35,7 @@ CHECKS = (
     "heading",
     "declination",
     "field at compass 2",
+    "readings of compass 2",
     "agreement of compass 2",
     "offsets of compass 3",
     "interference at compass 2",

@@ -111,7 +111,7 @@ def check_strength(log: Log) -> Iterator[Check]:
         if not np.any(np.ptp(records.values, axis=1)):
             # telemetry sends nothing but 0 of a compass that is not there
             if log.parameters.get(use_parameter(number)):
-                yield _constant(name, records)
+                yield _constant(f"readings of compass {number}", records)
         elif flying.sum() >= _LEAST:
             yield as_used(_strength(name, log, records, flying), log, number)
 

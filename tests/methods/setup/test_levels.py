@@ -54,11 +54,11 @@ def test_a_field_with_which_nobody_arms_is_wrong(tmp_path: Path, scale, verdict)
 
 def test_a_compass_that_never_moves_measures_nothing_if_it_is_to_be_used(tmp_path: Path) -> None:
     dead = ride(tmp_path, compass=np.zeros((3, 3)), told={"COMPASS_USE": 1.0})
-    assert checked(dead)["field at compass 1"].verdict == "wrong"
+    assert checked(dead)["readings of compass 1"].verdict == "wrong"
     assert "compass" not in checked(dead)  # not "the log holds no readings"
     # telemetry sends zeros of a compass that is not there
     for parameters in ({}, {"COMPASS_USE": 0.0}):
-        assert "field at compass 1" not in checked(replace(dead, parameters=parameters))
+        assert "readings of compass 1" not in checked(replace(dead, parameters=parameters))
 
 
 @pytest.mark.parametrize(("bias", "verdict"), [(0.03, "in order"), (0.3, "wrong")])
