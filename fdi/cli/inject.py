@@ -1,4 +1,4 @@
-"""The command ``fdi inject``: a healthy log with a known fault."""
+"""The command ``fdi inject``: a healthy log with known faults."""
 
 from __future__ import annotations
 
@@ -18,11 +18,13 @@ from fdi.errors import OutputError
 @click.argument("log", metavar="LOG", type=FILE)
 @click.option(
     "--fault",
+    "faults",
+    multiple=True,
     required=True,
     metavar="SPEC",
     help="CHANNEL|COMPONENT:bias|drift|freeze|noise|scale|dropout[=SIZE]@START[:END], SIZE in the "
     "channel's SI unit (drift: per second, scale: factor, noise: one sigma, dropout: share lost), "
-    "seconds of the log's clock.",
+    "seconds of the log's clock; may be given several times.",
 )
 @click.option(
     "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
@@ -30,8 +32,10 @@ from fdi.errors import OutputError
 @model_option("Airframe model, which says what channels a COMPONENT has.")
 @force_option("Replace FILE where it exists.")
 @QUIET
-def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool) -> int:
-    """Write a copy of LOG with a known fault in it, in the same format.
+def inject(
+    log: str, faults: tuple[str, ...], out: Path, model: str, force: bool, quiet: bool
+) -> int:
+    """Write a copy of LOG with known faults in it, in the same format.
 
     A dropout leaves out the records of the whole message. What a field cannot hold is held at the
     end of its range. DataFlash logs in text form are refused.
@@ -42,12 +46,12 @@ def inject(log: str, fault: str, out: Path, model: str, force: bool, quiet: bool
     from fdi.report.words import clean
     from fdi.telemetry import read
 
-    wanted = parse_fault(fault)
+    wanted = [parse_fault(fault) for fault in faults]
     if out.exists() and Path(log).exists() and out.samefile(log):
         raise OutputError("is the log itself", where=str(out), hint="name another file")
     if out.exists() and not force:
         raise OutputError("exists", where=str(out), hint="name another file, or give --force")
-    write_file(out, injected(read(log), wanted, model=model))
+    write_file(out, injected(read(log), *wanted, model=model))
     if not quiet:
         answer(f"{clean(out)}\n")
     return 0

@@ -1,8 +1,8 @@
-"""How does a healthy log become one with a known fault?
+"""How does a healthy log become one with known faults?
 
-In: a log and a fault at a channel, or at a component of the model that the log is analysed with.
-Out: the bytes of the changed log, in the same format. A component's fault is at all channels by
-which the model measures it; a bias, drift or noise has one unit, so such channels must have one,
+In: a log and faults, each at a channel, or at a component of the model that the log is analysed
+with. Out: the bytes of the changed log, in the same format. A component's fault is at all channels
+by which the model measures it; a bias, drift or noise has one unit, so such channels must have one,
 too. A channel in MAVLink's words of a DataFlash log is changed where it comes from.
 """
 
@@ -29,32 +29,39 @@ from fdi.telemetry.writing import Change, rewritten
 _WITH_UNIT = ("bias", "drift", "noise")
 
 
-def injected(log: Log, fault: InjectedFault, *, model: str = "auto") -> bytes:
-    """Return the bytes of the log with the fault.
+def injected(log: Log, *faults: InjectedFault, model: str = "auto") -> bytes:
+    """Return the bytes of the log with the faults, one after another in the order given.
 
     Raises
     ------
     UsageError
         The log does not have the channel or component, or cannot be rewritten.
     """
-    if not log.span[0] <= fault.start <= log.span[1]:
-        raise UsageError(
-            f"the fault begins at {fault.start:g} s, outside the log, which spans "
-            f"{log.span[0]:z.1f} to {log.span[1]:.1f} s",
-            where=log.name,
-        )
     changes: dict[str, Change] = {}
-    for channel in channels_of(log, fault.target, fault.kind, model):
-        key, field, factor = home(log, channel)
-        message = log[key]
-        t = _times(message)
-        if fault.kind == "dropout":
-            changes[key] = Change({}, lost_records(fault, t, message=key))
-            continue
-        own = _changed(message, field, fault, t, factor, str(channel))
-        earlier = changes[key].values if key in changes else {}
-        changes[key] = Change({**earlier, field: own})
+    for fault in faults:
+        if not log.span[0] <= fault.start <= log.span[1]:
+            raise UsageError(
+                f"the fault begins at {fault.start:g} s, outside the log, which spans "
+                f"{log.span[0]:z.1f} to {log.span[1]:.1f} s",
+                where=log.name,
+            )
+        for channel in channels_of(log, fault.target, fault.kind, model):
+            key, field, factor = home(log, channel)
+            earlier = changes.get(key, Change({}))
+            changes[key] = _with(earlier, log[key], field, fault, factor, str(channel))
     return rewritten(log, changes)
+
+
+def _with(
+    earlier: Change, message: Message, field: str, fault: InjectedFault, factor: float, channel: str
+) -> Change:
+    """Return what becomes of a message with one fault more."""
+    t = _times(message)
+    if fault.kind == "dropout":
+        lost = lost_records(fault, t, message=message.key)
+        return Change(earlier.values, lost if earlier.lost is None else lost | earlier.lost)
+    own = _changed(message, field, fault, t, factor, channel, earlier.values.get(field))
+    return Change({**earlier.values, field: own}, earlier.lost)
 
 
 def channels_of(log: Log, target: str, kind: str, model: str = "auto") -> Sequence[Channel]:
@@ -120,12 +127,22 @@ def _times(message: Message) -> Floats:
 
 
 def _changed(
-    message: Message, field: str, fault: InjectedFault, t: Floats, factor: float, channel: str
+    message: Message,
+    field: str,
+    fault: InjectedFault,
+    t: Floats,
+    factor: float,
+    channel: str,
+    earlier: tuple[Floats, Mask] | None,
 ) -> tuple[Floats, Mask]:
     """Return the raw values of a field with the fault, and where they are to be written."""
     own = message.si_of_records(field)
+    _, scale, offset = message.columns[field].conversion
+    written = np.zeros(own.size, bool)
+    if earlier is not None:
+        raw, written = earlier
+        own = np.where(written, scale * raw + offset, own)
     seen = faulty(fault, t, factor * own, channel=channel) / factor
     where: Mask = np.isfinite(seen) & (seen != own) & fault.holds(t)
-    _, scale, offset = message.columns[field].conversion
-    raw = (np.where(where, seen, 0.0) - offset) / scale
-    return raw, where
+    values = np.where(where, seen, np.where(written, own, 0.0))
+    return (values - offset) / scale, where | written

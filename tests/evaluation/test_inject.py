@@ -168,3 +168,29 @@ def test_the_command_writes_a_log_and_replaces_none_unasked(tmp_path, capsys):
     assert main([*words, "--force"]) == 0
     assert main(["inject", str(TLOG), "--fault", "no.such:bias=1@30", "--out", str(out) + "x"]) == 2
     capsys.readouterr()
+
+
+@pytest.mark.parametrize("kind", ["bias=1", "dropout=0.5"])
+def test_several_faults_are_all_put_in_one_after_another(log, kind, tmp_path):
+    """As if each were put into the log that the one before had made."""
+    faults = [
+        spanned(log, text)
+        for text in ("GPS_RAW_INT.alt:bias=15", f"GPS_RAW_INT.alt:{kind}", "VFR_HUD.alt:bias=4")
+    ]
+    (tmp_path / "at_once").write_bytes(injected(log, *map(parse_fault, faults)))
+    again = log
+    for number, text in enumerate(faults):
+        (folder := tmp_path / str(number)).mkdir()
+        again = put(again, text, folder)
+    at_once = read(tmp_path / "at_once")
+    assert not differing(at_once, again)
+    assert len(differing_values(log, at_once)) > 1
+
+
+def differing_values(log, other):
+    """Return the keys of messages that hold other records or values."""
+    return {
+        key
+        for key, message in log.messages.items()
+        if any(not alike(message.raw(name), other[key].raw(name)) for name in message.fields)
+    }
