@@ -67,9 +67,12 @@ def diagnose(alarms: Alarms, bank: Bank) -> Diagnosis:
     )
     consequences = _consequences(effects, causes, inquiries)
     kept = doubted(causes, effects, inquiries, fitted)
+    accused = {f.component for f in findings} | {c.component for c in consequences}
+    # one may be seen by how the vehicle answers, though no channel shows it
+    untested = tuple(one for one in untested if one.component not in accused)
     cleared = tuple(o for o in clearable(alarms) if o.component not in kept) if accuses else ()
-    told = {f.component for f in findings} | {c.component for c in consequences}
-    told |= {one.component for one in cleared} | {one.component for one in untested}
+    told = accused | {one.component for one in cleared}
+    told |= {one.component for one in untested}
     told |= {name for f in findings for name in f.inseparable_from}
     return Diagnosis(
         verdict=verdict(findings, consequences, ended, tests, alarms),

@@ -182,6 +182,19 @@ def said_faults(component: str, bank: Bank, whom: Concerns) -> list[tuple[int, F
     return found if shown else []
 
 
+def _measures_nothing(fault: Fault, sight: Sight) -> bool:
+    """Return whether the channel of a fault reads 0 all along: what is not measured stays quiet.
+
+    Of a count or a state 0 is a reading.
+    """
+    system = sight.piece.bank.system
+    shown = system.equations[fault.equation].measurement
+    if shown is None or system.variables[shown.variable].unit == "1":
+        return False
+    read = sight.alarms.residuals.signals.columns.get(shown.channel)
+    return read is not None and bool(np.isfinite(read).any()) and not np.nan_to_num(read).any()
+
+
 def _cleared(component: str, sight: Sight, quiet: Quiet) -> RuledOut | None:
     """Return the component with the sizes that would have shown, or None where that is open."""
     bank, whom = sight.piece.bank, sight.whom
@@ -193,6 +206,8 @@ def _cleared(component: str, sight: Sight, quiet: Quiet) -> RuledOut | None:
     can = quiet.able & powered(component, bank, whom)
     sizes: list[WouldShow] = []
     rows: dict[int, None] = {}
+    if any(_measures_nothing(fault, sight) for _, fault in own):
+        return None
     for column, fault in own:
         holding = np.flatnonzero(bank.incidence[:, column] & can)
         found = would_show(fault, holding, sight) if len(holding) else None

@@ -17,7 +17,7 @@ from typing import Final
 from fdi.decision import Alarms
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.straying import violated_from_start
-from fdi.diagnosis.values import MOST_LETTERS, Diagnosis
+from fdi.diagnosis.values import MOST_LETTERS, Diagnosis, Open
 from fdi.methods.setup import Check
 from fdi.model import System
 from fdi.model.naming import component_words
@@ -73,8 +73,20 @@ def with_facts(diagnosis: Diagnosis, facts: Sequence[Fact]) -> Diagnosis:
     """Return a diagnosis whose verdict and outlook know what stood out.
 
     An accusation stays as it is; where nobody is accused, the first fact that leads stands behind
-    the verdict's first sentence.
+    the verdict's first sentence. A part that stood out itself is not ruled out: tests tell changes,
+    and it was so all along.
     """
+    about = {fact.about: fact for fact in facts}
+    cleared = tuple(one for one in diagnosis.ruled_out if one.component not in about)
+    known = tuple(
+        Open(
+            name,
+            "no test saw it change, but " + about[name].text.removeprefix(f"{name}: "),
+        )
+        for one in diagnosis.ruled_out
+        if (name := one.component) in about
+    )
+    diagnosis = replace(diagnosis, ruled_out=cleared, open=diagnosis.open + known)
     outlook = diagnosis.outlook
     if outlook == "healthy" and any(fact.is_wrong for fact in facts):
         outlook = "alarms"

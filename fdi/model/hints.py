@@ -8,6 +8,7 @@ works for any model. The settings are data: ``telemetry/data/logging.json``, wit
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -55,6 +56,7 @@ class Hint:
         return f"{self.what} would test it{how}{f'; {self.now}' if self.now else ''}"
 
 
+_BIT: Final = re.compile(r"bit (\d+)")
 _STEP: Final = "step"
 """In a condition: the statement needs samples often enough."""
 _MAPPED: Final = {"dataflash": "mavlink_dataflash", "ulog": "mavlink_ulog"}
@@ -224,7 +226,15 @@ def _tested(
 def _absent(airframe: Airframe, log: Log) -> list[Measurement]:
     """Return the measurements of a model whose messages a log lacks."""
     absent = [m for m in airframe.measurements if is_lacking(m.channel.source, log)]
-    return [m for m in absent if not m.made_by]
+    return [m for m in absent if not m.made_by and not _is_set(m.channel.source, log)]
+
+
+def _is_set(source: str, log: Log) -> bool:
+    """Return whether the log was to hold a message: its firmware or its sensors have none."""
+    parameter, _, bit = setting_of(source, log).partition(", ")
+    found = _BIT.search(bit) if parameter == "LOG_BITMASK" else None
+    value = log.parameters.get("LOG_BITMASK")
+    return found is not None and value is not None and bool(int(value) >> int(found[1]) & 1)
 
 
 def _more_often(component: str, system: System, log: Log) -> Hint | None:

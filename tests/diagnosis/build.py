@@ -14,6 +14,8 @@ from fdi.telemetry import Flight, Signals
 from fdi.telemetry.events import flight_state
 
 RATE = 4.0
+READING = 1e-12
+"""Of every channel: next to nothing, but a channel that reads 0 all along measures nothing."""
 THRESHOLD = 2.0
 CONFIRM_S = 1.25
 POLICY = load_policy("default")
@@ -103,7 +105,7 @@ def alarms_of(
     shown, strength = peak * alarm, np.where(blank, np.nan, abs(peak) * alarm)
     zero = np.zeros(count)
     every = np.zeros((count, len(t)))
-    columns = {request.channel: np.zeros(len(t)) for request in bank.system.channels}
+    columns = {request.channel: np.full(len(t), READING) for request in bank.system.channels}
     period = dict.fromkeys(columns, 1 / RATE)
     state_ = flight_state(t, events, flights)
     signals = Signals(

@@ -192,6 +192,16 @@ def test_what_would_have_shown_does_not_depend_on_what_is_measured(level):
     )
 
 
+def test_a_channel_that_reads_nothing_all_along_clears_nobody():
+    alarms = alarms_of(BANK, {})
+    columns = dict(alarms.residuals.signals.columns)
+    dead = next(channel for channel in columns if channel.field == "x")
+    columns[dead] = np.zeros_like(columns[dead])
+    signals = replace(alarms.residuals.signals, columns=columns)
+    found = cleared(replace(alarms, residuals=replace(alarms.residuals, signals=signals)))
+    assert len(found) == len(SHOWN) - 1
+
+
 def test_the_largest_of_each_unit_is_told_in_what_a_person_reads():
     sizes = [WouldShow("a", 2.0, "m"), WouldShow("b", 5.0, "m"), WouldShow("c", 120.0, "Pa")]
     both = "in either direction"
