@@ -7,7 +7,7 @@ before the end where it never was: events, commands, tests that left health, ala
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -19,7 +19,7 @@ from fdi.diagnosis.alarm_runs import onset_of
 from fdi.diagnosis.concerns import Concerns, concerns
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.values import Ending, First, FirstKind
-from fdi.telemetry import Event
+from fdi.telemetry import Event, Flight
 from fdi.telemetry.counters import steers
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.ordered import parameter_words
@@ -29,6 +29,8 @@ BEFORE_S: Final = 10.0
 """What began earlier and led to the end is an alarm by then, and listed where it still stands."""
 WARNING: Final = 4
 """MAVLink's severity; what an autopilot merely mentions is not listed."""
+STATES_S: Final = 1.0
+"""A period of MAVLink's heartbeat: mode and arming that come first were so before."""
 LEAST: Final = 2
 """Samples in a row beyond a threshold; one alone is noise."""
 
@@ -60,7 +62,14 @@ def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     tests = list(left_health(moment, alarms, whom))
     # what the autopilot said as the first of what still stands began belongs to it
     since = min([moment - BEFORE_S, *(one.at for one in tests if one.kind == "alarm")])
-    found = [*_events(alarms.residuals.signals.events, since, moment), *tests]
+    signals = alarms.residuals.signals
+    flight = signals.flights[end.flight]
+    events = [
+        event
+        for event in signals.events
+        if since <= event.t <= moment and not _is_state(event, flight)
+    ]
+    found = [*_events(events), *tests]
     if end.lost_by == "stop":
         found.append(First(moment, "command", "all motors are told to stop"))
     told: dict[tuple[str, float], First] = {}
@@ -73,11 +82,18 @@ def _first(end: FlightEnd, alarms: Alarms, whom: Concerns) -> tuple[First, ...]:
     return tuple(sorted(told.values(), key=lambda one: (one.at, one.kind, one.text)))
 
 
-def _events(events: tuple[Event, ...], since: float, moment: float) -> Iterator[First]:
+def _is_state(event: Event, flight: Flight) -> bool:
+    """Return whether an event only tells how things stand as a log begins in the air."""
+    return (
+        event.kind in ("mode", "arm", "disarm")
+        and flight.takeoff is None
+        and abs(event.t - flight.start) <= STATES_S
+    )
+
+
+def _events(events: Iterable[Event]) -> Iterator[First]:
     """Yield what the autopilot reports and what was asked of it."""
     for event in events:
-        if not since <= event.t <= moment:
-            continue
         if event.kind == "mode":
             yield First(event.t, "command", f"flight mode {event.text}")
         elif event.kind in ("arm", "disarm"):

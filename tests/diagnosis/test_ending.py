@@ -105,6 +105,14 @@ def test_commands_stand_among_what_was_first_and_what_is_merely_mentioned_does_n
     ]
 
 
+@pytest.mark.parametrize(("takeoff", "told"), [(None, []), (82.0, ["armed", "flight mode AUTO"])])
+def test_what_a_log_that_begins_in_the_air_says_first_is_a_state_and_no_command(takeoff, told):
+    events = [Event(82.4, "arm", ""), Event(82.4, "mode", "AUTO"), Event(84.0, "mode", "LAND")]
+    flights = (Flight(82.0, 100, takeoff=takeoff, impact=90.0, impact_speed=12.9),)
+    (ending,) = answer({}, events=events, flights=flights).endings
+    assert [one.text for one in ending.first] == [*told, "flight mode LAND"]
+
+
 def test_a_test_that_left_health_before_its_alarm_is_told_once_from_then_on():
     alarms = alarms_of(BANK, {SKY: [(85, 88)]}, ends=BLOW, flights=CRASH)
     state = alarms.state.copy()
