@@ -31,6 +31,7 @@ from fdi.methods.heading.increments import (
     GATE,
     WINDOW_S,
     Pair,
+    gyroscopes_apart,
     heading_pairs,
     jump_pairs,
     receiver_pairs,
@@ -180,8 +181,12 @@ def _checked(log: Log, ride: Ride) -> HeadingCheck:
         turned = heading_pairs(ride, grid, length)
         leant = _without_receiver(sensor_pairs(ride, grid, length), received)
         by_field = _off(leant[2]) & (_off(leant[1]) | _lately(jumped, grid, length))
+        by_heading = _confirmed(_by_pairs(turned, _HEADING), "magnetometer", by_field)
+        alone = np.ones(grid.size, np.bool_)
+        for other in gyroscopes_apart(ride, grid, length):
+            alone &= ~(np.abs(other.off) <= CONFIRMS * other.sigma)
         witnesses[f"increments of heading over {length:g} s"] = _confirmed(
-            _by_pairs(turned, _HEADING), "magnetometer", by_field
+            by_heading, "angular_rate", alone
         )
         witnesses[f"increments of attitude over {length:g} s"] = _confirmed(
             _by_pairs(leant, _ATTITUDE), "accelerometer", by_force
@@ -247,7 +252,9 @@ def _confirmed(found: list[Verdicts], block: str, also: Bools) -> list[Verdicts]
     A heading depends on the tilt that levels it, and an estimator follows a wrong gyroscope: that
     it is the compass shows the field, against gyroscopes and against gravity. Instead of gravity it
     may have jumped: no gyroscope is off so much at once. The tilt by an accelerometer depends on
-    accelerations, which specific force against the receiver's velocity has in full.
+    accelerations, which specific force against the receiver's velocity has in full. And a gyroscope
+    with which another one agrees is not off alone: an estimator that takes its heading anew from
+    a compass near iron leaves both of them.
     """
     wait = frozenset({UNDECIDED})
     return [

@@ -20,7 +20,7 @@ deviation is scaled up to that: the flight's own noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
@@ -116,6 +116,22 @@ def heading_pairs(ride: Ride, grid: Floats, length: float = WINDOW_S) -> tuple[P
         turned_apart(ride, grid, "compass-estimator", turned),
         turned_apart(ride, grid, "gyroscope-estimator", turned),
     )
+
+
+def gyroscopes_apart(ride: Ride, grid: Floats, length: float) -> Iterator[Pair]:
+    """Yield how far the gyroscope turned otherwise than each other one on board over a window."""
+    if ride.angles is None:
+        return
+    sigma = np.full(grid.size, np.sqrt(2.0) * drifted(length))
+    for number, rates in enumerate(ride.other_rates, 2):
+        more = angle_rates(ride.angles[0], ride.angles[1], rates - ride.rates)[2]
+        unknown = ~np.isfinite(more)
+        by, lost = (
+            change(ride.t, integral(ride.t, one), grid, grid - length)
+            for one in (np.where(unknown, 0.0, more), unknown.astype(np.float64))
+        )
+        by[lost > 0] = np.nan
+        yield pair_of(ride, grid, f"gyroscope-gyroscope {number}", wrap(by), sigma)
 
 
 def turned_apart(ride: Ride, grid: Floats, name: str, turned: Mapping[str, Turn]) -> Pair:

@@ -6,6 +6,7 @@ of the receiver at their own times. What the log does not hold is NaN or None, a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -47,6 +48,7 @@ SLOWEST_S: Final = 0.75
 """Records further apart than this cannot be integrated: a vehicle turns there and back between."""
 _DIP: Final = np.radians(65.0)  # where the log tells no place: that of the middle latitudes
 _RATES: Final = ("xgyro", "ygyro", "zgyro")
+_OTHERS: Final = ("SCALED_IMU2", "SCALED_IMU3")
 _FORCE: Final = ("xacc", "yacc", "zacc")
 _FIELD: Final = ("xmag", "ymag", "zmag")
 
@@ -108,6 +110,8 @@ class Ride:
         went on. A receiver tells by itself that it has no fix; else silence has to last.
     climbed : (n,) float
         m, height by the barometer above that of the first record; NaN where it is not known.
+    other_rates : tuple of (3, n) float
+        rad/s, of the other gyroscopes on board; NaN where they are not known.
     """
 
     t: Floats
@@ -128,6 +132,7 @@ class Ride:
     absent: dict[str, str]
     lost: dict[str, Spans]
     climbed: Floats
+    other_rates: tuple[Floats, ...] = ()
 
     @property
     def period(self) -> float:
@@ -199,7 +204,18 @@ def ride_of(log: Log, flight: int | None = None) -> Ride:
         absent,
         {"satellite": without, "magnetometer": silent},
         _climbed(log, t),
+        tuple(_other_rates(log, t)),
     )
+
+
+def _other_rates(log: Log, t: Floats) -> Iterator[Floats]:
+    """Yield what the other gyroscopes read at these times, (3, n) rad/s each."""
+    for key in _OTHERS:
+        read = series(log, key, _RATES, in_units=True)
+        if read is not None and read.t.size > 1:
+            found = np.stack([np.interp(t, read.t, row) for row in read.values])
+            found[:, gap_between(read.t, t, t)] = np.nan
+            yield found
 
 
 def _when(log: Log, flight: int | None) -> tuple[int, tuple[float, float]]:

@@ -1,5 +1,6 @@
 """Who is named: a vehicle that moves as it should, and one sensor of it that does not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,19 @@ def test_a_gyroscope_that_drifts_is_named(healthy: Log, axis: str) -> None:
     assert found is not None
     assert found[0] == "angular_rate"
     assert FAILS <= found[1] <= FAILS + 6.0
+
+
+@pytest.mark.parametrize("both", [False, True])
+def test_a_gyroscope_with_which_another_agrees_is_not_off_alone(healthy: Log, both: bool) -> None:
+    drifting = altered(healthy, "RAW_IMU", zgyro=later(0.2))
+    second = (drifting if both else healthy)["RAW_IMU"]
+    check = cross_check(drifting.with_message(replace(second, name="SCALED_IMU2", instance=None)))
+    by_heading = [
+        one
+        for one in check.named
+        if one.block == "angular_rate" and any("heading over" in by for by in one.by)
+    ]
+    assert (not by_heading) == both
 
 
 def test_a_compass_is_accused_only_where_the_field_says_so_too() -> None:
