@@ -10,7 +10,6 @@ alarms alike, it begins with how to find out which it is, before anything is rep
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Final
@@ -19,17 +18,16 @@ from fdi.diagnosis.advice_book import Entry, Wish, fits, load_book
 from fdi.diagnosis.plain import the_part
 from fdi.diagnosis.values import Advice, Diagnosis, Ending, Finding, NotTestable, When
 from fdi.methods.setup import Check, Setting
+from fdi.model.hints import log_bit
 from fdi.model.parts import Component
 from fdi.model.system import System
 from fdi.residuals import Bank
 from fdi.telemetry import Log
-from fdi.telemetry.catalogue import data_table
 from fdi.units import hundredths
 
 SURE: Final = 0.9
 """From here on the verdict says "failed first" without a doubt."""
 EVEN: Final = 0.5
-_BIT: Final = re.compile(r"bit ([0-9]+)")
 _UNKNOWN: Final = "none"
 _VERDICT: Final = "fdi_verdict"
 
@@ -248,18 +246,10 @@ def _setting(wish: Wish, log: Log) -> Setting | None:
     """Return a parameter as it is and should be; None for a bit that is not known."""
     name = wish.older if wish.older in log.parameters else wish.name
     now = log.parameters.get(name)
-    bit = _bit_of(wish.bit_of, log) if wish.bit_of else wish.bit
+    bit = log_bit(wish.bit_of, log) if wish.bit_of else wish.bit
     if bit is not None:  # a mask that nobody knows cannot be added to
         return None if now is None else Setting(name, now, float(int(now) | 1 << bit))
     return None if wish.bit_of else Setting(name, now, wish.suggested)
-
-
-def _bit_of(record: str, log: Log) -> int | None:
-    """Return the bit of LOG_BITMASK for a record, by the kind of vehicle."""
-    groups = data_table("mavlink_dataflash")["groups"]
-    kind = next((kind for kind, vehicles in groups.items() if log.vehicle in vehicles), "")
-    found = _BIT.search(data_table("logging")["bits"].get(kind, {}).get(record, ""))
-    return int(found[1]) if found else None
 
 
 def _once(advice: Iterable[Advice]) -> tuple[Advice, ...]:

@@ -163,9 +163,7 @@ def setting_of(source: str, log: Log) -> str:
     source = recorded_message(source)
     bare = name.partition("[")[0]
     if recorder_of(log.format) == "dataflash":
-        groups = data_table("mavlink_dataflash")["groups"]
-        kind = next((kind for kind, vehicles in groups.items() if log.vehicle in vehicles), "")
-        bit = table["bits"].get(kind, {}).get(bare, "")
+        bit = _bit_words(bare, log)
         return f"LOG_BITMASK, {bit}" if bit else ""
     if log.format == "ulog":
         profile = table["profiles"].get(bare, table["profiles"]["default"])
@@ -177,6 +175,18 @@ def setting_of(source: str, log: Log) -> str:
     stream = next((key for key, own in table["streams"].items() if source in own), "")
     renamed = any(parameter.startswith("MAV1_") for parameter in log.parameters)  # since 4.7
     return f"{'MAVn' if renamed else 'SRn'}_{stream}" if stream else ""
+
+
+def log_bit(record: str, log: Log) -> int | None:
+    """Return the bit of ArduPilot's LOG_BITMASK for a record, by the kind of vehicle, or None."""
+    found = _BIT.search(_bit_words(record, log))
+    return int(found[1]) if found else None
+
+
+def _bit_words(record: str, log: Log) -> str:
+    groups = data_table("mavlink_dataflash")["groups"]
+    kind = next((kind for kind, vehicles in groups.items() if log.vehicle in vehicles), "")
+    return str(data_table("logging")["bits"].get(kind, {}).get(record, ""))
 
 
 def _hint(sources: Sequence[str], log: Log) -> Hint:
@@ -231,10 +241,11 @@ def _absent(airframe: Airframe, log: Log) -> list[Measurement]:
 
 def _is_set(source: str, log: Log) -> bool:
     """Return whether the log was to hold a message: its firmware or its sensors have none."""
-    parameter, _, bit = setting_of(source, log).partition(", ")
-    found = _BIT.search(bit) if parameter == "LOG_BITMASK" else None
-    value = log.parameters.get("LOG_BITMASK")
-    return found is not None and value is not None and bool(int(value) >> int(found[1]) & 1)
+    if recorder_of(log.format) != "dataflash":
+        return False
+    bit = log_bit(recorded_as(source, log).partition("[")[0], log)
+    mask = log.parameters.get("LOG_BITMASK")
+    return bit is not None and mask is not None and bool(int(mask) >> bit & 1)
 
 
 def _more_often(component: str, system: System, log: Log) -> Hint | None:

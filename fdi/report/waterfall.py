@@ -68,12 +68,13 @@ def told_of(found: Sequence[Spectrum], log: Log) -> Iterator[str]:
     A gyroscope's line is held against the fixed notch filters, if any are set.
     """
     air, filters = in_air(found, log), notches(log)
+    is_known = bool(filters) and all(notch.width > 0 for notch in filters)
     for one in found:
         line = one.strongest(*air)
         what = (
             "no line stands out" if line is None else f"line at {line[0]:.0f} Hz, {line[1]:.0f} dB"
         )
-        if line is not None and filters and one.sensor == "gyroscope":
+        if line is not None and is_known and one.sensor == "gyroscope":
             own = next((notch for notch in filters if notch.reaches(line[0])), None)
             what += (
                 ", which no fixed notch filter takes out"

@@ -69,17 +69,17 @@ _NOTCHES: Final[Mapping[str, list[tuple[str, ...]]]] = {
 }
 """Of each autopilot what switches a filter on, its frequency and bandwidth, its mode (one that
 follows motors has another than 0) and its harmonics: a bit for each."""
-_HARMONICS: Final = 8  # ArduPilot's most
+_HARMONICS: Final = 16  # ArduPilot's most (HNF_MAX_HARMONICS)
 
 
 class Notch(NamedTuple):
-    """A fixed notch filter, or a harmonic of one: its middle and how wide it is, Hz."""
+    """A fixed notch filter, or a harmonic of one: its middle and its width, Hz (0: unknown)."""
 
     hz: float
     width: float
 
     def reaches(self, hz: float) -> bool:
-        """Return whether it takes out most of a line at a frequency."""
+        """Return whether it takes out half of the power of a line at a frequency, or more."""
         return abs(hz - self.hz) <= self.width / 2
 
 

@@ -54,6 +54,16 @@ def test_motors_at_their_limit_stand_in_a_verdict_that_accuses_nobody(quiet: Ana
     assert answer.outlook == "healthy"
 
 
+def test_what_stood_out_itself_is_open_and_not_ruled_out(quiet: Analysis) -> None:
+    given = quiet.diagnosis.ruled_out
+    name = given[0].component
+    shakes = Fact(name, f"{name}: 13 m/s2 all along")
+    answer = with_facts(quiet.diagnosis, [shakes])
+    assert answer.ruled_out == given[1:]
+    assert answer.open[-1].component == name
+    assert answer.open[-1].text == "no test saw it change, but 13 m/s2 all along"
+
+
 def test_a_compass_that_strikes_is_a_fact_and_no_verdict(quiet: Analysis) -> None:
     assert with_facts(quiet.diagnosis, facts(quiet, COMPASS)).verdict == QUIET
 

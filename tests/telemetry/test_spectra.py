@@ -194,3 +194,6 @@ def test_a_line_is_held_against_the_filters_that_are_set(hz, told):
     (words,) = told_of([spectrum(given, "gyroscope")], given)
     assert f"line at {hz:.0f} Hz" in words
     assert words.endswith(told)
+    given.parameters["INS_HNTCH_BW"] = 0.0  # how wide it is nobody knows
+    (words,) = told_of([spectrum(given, "gyroscope")], given)
+    assert "filter" not in words
