@@ -15,7 +15,7 @@ import numpy as np
 from fdi.telemetry.events import Event
 from fdi.telemetry.message import Message
 from fdi.telemetry.motion import Motion, motion_of
-from fdi.telemetry.phases import Mask, Phases, Wings, find_phases, never_up
+from fdi.telemetry.phases import IDLE, Mask, Phases, Wings, find_phases, never_up
 
 Armed = tuple[float, float, bool]
 """Armed from when to when, s, and whether it was disarmed then."""
@@ -83,7 +83,7 @@ def find_course(
     if not is_driven:
         events = [e for e in events if e.kind not in ("arm", "disarm")]
         motion = replace(motion, throttle=np.full(motion.t.size, np.nan))
-    armed = tuple(_armed(events, span))
+    armed = tuple(_armed(events, motion, span))
     is_told = any(e.kind in ("arm", "disarm") for e in events)
     phases = None
     if motion.t.size >= FEW:
@@ -93,22 +93,31 @@ def find_course(
     return Course(motion, phases, armed, is_told, wings, restarts)
 
 
-def _armed(events: Sequence[Event], span: tuple[float, float]) -> Iterator[Armed]:
+def _armed(events: Sequence[Event], motion: Motion, span: tuple[float, float]) -> Iterator[Armed]:
     """Yield the armed times, and whether each ends by disarming; the whole log without any.
 
-    What starts anew is not armed any more, and nobody disarmed it.
+    What starts anew is not armed any more, and nobody disarmed it. But a watchdog's restart comes
+    up armed: rotors and propellers are given throttle before anybody arms them.
     """
     arming = [e for e in events if e.kind in ("arm", "disarm", "reboot")]
     told = [e.kind for e in arming if e.kind != "reboot"]
     since = span[0] if not told or told[0] == "disarm" else None
-    for event in arming if told else ():
+    bounds = [*(e.t for e in arming), span[1]]
+    for event, until in zip(arming if told else (), bounds[1:], strict=False):
         if event.kind == "arm":
             since = event.t if since is None else since
-        elif since is not None:
+            continue
+        if since is not None:
             yield since, event.t, event.kind == "disarm"
-            since = None
+        is_given = event.kind == "reboot" and _throttled(motion, event.t, until)
+        since = event.t if is_given else None
     if since is not None:
         yield since, max(span[1], since), False
+
+
+def _throttled(motion: Motion, low: float, high: float) -> bool:
+    """Return whether anything drives it in that time."""
+    return bool((motion.throttle[motion.rows(low, high)] > IDLE).any())
 
 
 def when_armed(motion: Motion, armed: Sequence[Armed]) -> Mask:

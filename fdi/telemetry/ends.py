@@ -3,7 +3,8 @@
 In: flights, events and the messages that show attitude, demand and outputs. Out: a `FlightEnd` per
 flight. Control counts as lost from the beginning of the stretch that lasts to the end of the flight
 and in which the vehicle leans where nobody wants it (further than 60 degrees without a demand for
-it, or 35 and as far from the demand), spins, or falls with all motor outputs at their stop.
+it, or 35 and as far from the demand), spins, falls with all motor outputs at their stop, or is
+disarmed.
 
 What is not known is not claimed: without a demand in the log only a mode that levels the vehicle
 by itself makes a lean unwanted.
@@ -112,7 +113,7 @@ class FlightEnd:
         s, since when a vehicle with rotors lies on its back, to the end: it does not fly any more.
     lost_by : str
         How that shows: it leans (``lean``), does not follow its demand (``demand``), spins
-        (``spin``), falls with all motors at their stop (``stop``).
+        (``spin``), falls with all motors at their stop or is disarmed (``stop``).
     chain : tuple of Order
         What was ordered last and has been in force since, in the order of time.
     is_seen : bool
@@ -350,10 +351,18 @@ def _lost_control(
     low, high = flight.airborne
     found, over = _upset(messages, events, flights, low, high, has_rotors=has_rotors)
     if has_rotors and flight.landing is None:
-        stopped = _motors_stopped(messages, low, high)
-        if stopped is not None:
-            found.append((stopped, "stop"))
+        stopped = (_motors_stopped(messages, low, high), _disarmed(events, flight))
+        found += [(since, "stop") for since in stopped if since is not None]
     return (*min(found, key=lambda one: one[0], default=(None, None)), over)
+
+
+def _disarmed(events: Sequence[Event], flight: Flight) -> float | None:
+    """Return when it was disarmed in the air, s, with which all motors are told to stop."""
+    if flight.restart is not None:
+        return None
+    low, high = flight.airborne
+    until = high if flight.impact is None else flight.impact - OUT_S
+    return min((e.t for e in events if e.kind == "disarm" and low < e.t <= until), default=None)
 
 
 def _upset(

@@ -21,7 +21,7 @@ from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.impact import BREAKS, HARD_SPEED, find_impact
 from fdi.telemetry.meaning.restarts import SILENT_S
 from fdi.telemetry.motion import Floats, Motion, known
-from fdi.telemetry.phases import IDLE, WASH_M, Phases, Wings
+from fdi.telemetry.phases import HIGH_M, IDLE, WASH_M, Phases, Wings
 from fdi.telemetry.stretches import CARRIED, ON_ITS_SIDE
 from fdi.units import G0
 from fdi.windows import runs_of
@@ -44,6 +44,7 @@ STANDS_MS: Final = 0.6  # m/s over ground: a receiver's velocity at rest, and no
 TURNS: Final = 1.0  # rad/s: on its legs a vehicle that lifts off slides and rocks by less
 LIFTS: Final = 0.9
 """Of the throttle in the air: below it rotors give 0.8 to 0.9 of the weight and lift nothing."""
+FALLS_S: Final = 0.5  # without lift, after which one that nothing holds up sinks at 4.9 m/s
 STILL: Final = 0.05  # rad/s: between who stands (0.01) and who flies (0.1)
 STILL_FORCE: Final = 0.3  # m/s^2 from the weight: an accelerometer's error; rotors shake by more
 
@@ -152,6 +153,8 @@ def _flight(course: Course, phases: Phases, stretch: tuple[int, int], next_one: 
         is_last = is_end and row == met.t.size - 1
         impact = flight.end if is_last else float(met.t[row])
         flight = replace(flight, impact=impact, impact_speed=speed, end=max(flight.end, impact))
+    elif disarmed and wings == "none" and _cut(motion, ground, (since, down), high, until):
+        flight = replace(flight, end=max(flight.end, _falls_until(motion, high, until)))
     elif not is_end:
         landing = _landing(motion, down, min(down + TOUCH_S, until))
         if disarmed and wings == "none" and since < high < landing:
@@ -229,6 +232,34 @@ def _landing(motion: Motion, down: float, until: float) -> float:
         rests = (np.abs(above) <= REST_M) & ~(np.abs(part.climb) > REST_CLIMB)
     rows = np.flatnonzero(rests)
     return float(part.t[rows[0]]) if rows.size else down
+
+
+def _cut(
+    motion: Motion, ground: float, flown: tuple[float, float], disarmed: float, until: float
+) -> bool:
+    """Return whether rotors carried it above the ground until it was disarmed: that is no landing.
+
+    Who lands on a roof stands there with rotors that do not lift, before anybody disarms it; who
+    does not stand falls.
+    """
+    throttle = motion.throttle[motion.rows(*flown)]
+    if not known(throttle):
+        return False
+    part = motion.between(disarmed - BEFORE_ARMING_S, min(disarmed + BEFORE_ARMING_S, until))
+    with np.errstate(invalid="ignore"):
+        lifts = part.throttle >= LIFTS * float(np.nanmedian(throttle))
+        carried = np.flatnonzero(lifts & (part.t <= disarmed) & (part.height > ground + HIGH_M))
+    if not carried.size:
+        return False
+    later = part.t > part.t[carried[-1]] + FALLS_S
+    return not (later & ~lifts & (part.climb > -HARD_SPEED)).any()
+
+
+def _falls_until(motion: Motion, low: float, high: float) -> float:
+    """Return until when it is seen to fall from a time on."""
+    part = motion.between(low, high)
+    falls = np.flatnonzero(part.climb < -HARD_SPEED)
+    return float(part.t[falls[-1]]) if falls.size else low
 
 
 def _fell(motion: Motion, low: float, high: float) -> bool:

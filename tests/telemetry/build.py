@@ -166,3 +166,19 @@ class Flight:
 
     def but(self, **changes: object) -> "Flight":
         return replace(self, **changes)
+
+
+AFTER = 13.0  # s, when an autopilot is heard again that starts anew in the air
+
+
+class Later(Flight):
+    """The same flight, from ``AFTER`` s on."""
+
+    def messages(self, t: float, tick: int) -> list[mav.MAVLink_message]:
+        return super().messages(t + AFTER, tick)
+
+
+def started_anew(since_boot: float = 2.0) -> list[bytes]:
+    """Return the records of the example flight by an autopilot that starts anew in it."""
+    later = Later(boot=since_boot - AFTER, start=AFTER)
+    return later.records(Flight().duration - AFTER)

@@ -10,7 +10,7 @@ import pytest
 from fdi.telemetry import read
 from fdi.telemetry.events import flight_state
 
-from .build import DOWN, Flight, mav, record
+from .build import AFTER, DOWN, Flight, mav, record, started_anew
 
 pytestmark = pytest.mark.flights
 
@@ -73,6 +73,54 @@ def test_log_that_ends_in_the_air_has_no_landing(load):
     (flight,) = load(BASE.bytes(until=15.0)).flights
     assert flight.takeoff is not None
     assert (flight.landing, flight.impact) == (None, None)
+
+
+class Disarmed(Flight):
+    """The same, disarmed as it hovers, ``stands`` s after its rotors were last told to lift."""
+
+    stands = 0.0
+    at = 15.0
+
+    def messages(self, t, tick):
+        made = super().messages(t, tick)
+        for one in made:
+            if one.get_type() == "HEARTBEAT" and t >= self.at:
+                one.base_mode &= ~0x80
+            if one.get_type() == "VFR_HUD" and t >= self.at - self.stands:
+                one.throttle = 0
+        return made
+
+
+@pytest.mark.parametrize("until", [15.0, 15.2])
+def test_a_disarming_in_the_air_is_no_landing(load, until):
+    log = load(Disarmed().bytes(until))
+    (flight,) = log.flights
+    assert (flight.landing, flight.impact) == (None, None)
+    (end,) = log.ends
+    assert (end.how, end.lost_by) == ("control_lost", "stop")
+    assert end.lost_control == pytest.approx(15.0, abs=1.0)
+
+
+def test_who_is_disarmed_after_standing_high_up_has_landed_there(load):
+    roof = Disarmed()
+    object.__setattr__(roof, "stands", 2.0)
+    log = load(roof.bytes(17.0))
+    (flight,) = log.flights
+    assert flight.landing is not None
+    assert [end.how for end in log.ends] == ["landed"]
+
+
+def test_what_starts_anew_in_the_air_and_is_given_throttle_flies_on(load):
+    """A watchdog's restart comes up armed, and nobody arms it again."""
+    log = load(b"".join([*BASE.records(11.0), *started_anew()]))
+    assert [e.kind for e in log.events if e.kind in ("arm", "reboot", "disarm")] == [
+        "arm",
+        "reboot",
+        "disarm",
+    ]
+    first, second = log.flights
+    assert first.restart == pytest.approx(AFTER, abs=0.3)
+    assert second.landing == pytest.approx(BASE.phases()[3], abs=1.5)
 
 
 def test_log_that_begins_in_the_air_has_no_take_off(load):
