@@ -130,7 +130,6 @@ def analyze(
         alarms = recipe.decide(chain.residuals)
     with watch.stage("diagnose", 0.9):
         diagnosis = _hinted(diagnose(alarms, chain.bank), chain)
-        diagnosis = advised(diagnosis, chain.log, chain.bank)
         noticed = _estimator(chain)
     with watch.stage("setup", 0.95):
         checks = _setup(log)
@@ -140,6 +139,7 @@ def analyze(
             *orders_by_parameter(alarms),
             *mistakes(log),
         )
+        diagnosis = advised(with_facts(diagnosis, facts), chain.log, chain.bank)
     told = (
         *_choice(log, system),
         *_fit(log, chain.airframe, chosen=model == "auto"),
@@ -155,7 +155,7 @@ def analyze(
         lags=chain.lags,
         residual_values=chain.residuals,
         alarms=alarms,
-        diagnosis=with_facts(diagnosis, facts),
+        diagnosis=diagnosis,
         estimator=noticed,
         setup=checks,
         stood_out=facts,

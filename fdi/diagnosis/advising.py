@@ -16,6 +16,7 @@ from typing import Final
 
 from fdi.diagnosis.advice_book import Entry, Wish, fits, load_book
 from fdi.diagnosis.plain import the_part
+from fdi.diagnosis.recording_end import begins_anew
 from fdi.diagnosis.values import Advice, Diagnosis, Ending, Finding, NotTestable, When
 from fdi.methods.setup import Check, Setting
 from fdi.model.hints import log_bit
@@ -99,6 +100,8 @@ def about_ending(ending: Ending, is_sound: bool, log: Log) -> tuple[Advice, ...]
     """Return what to do after a flight by how it ended; ``is_sound``: every glance was good."""
     book, end = load_book(), ending.end
     found = [book.ends["stopped"]] if end.lost_by == "stop" else []
+    if ending.end.flight == 0 and begins_anew(log) is not None:
+        found.append(book.ends["restarted"])
     found.append(book.ends["sound" if end.how == "landed" and is_sound else end.how])
     now = [one for part in found for one in _told(part.check, "", log)]
     if not is_sound:

@@ -1,12 +1,14 @@
 """Where a recording stops in flight, or the autopilot: was power there, and what else may it be?
 
-In: a log. Out: a `Fact` for each, or none. Power is told by the voltages of the last seconds
-against those before; what a recorder of this kind stops for is told as what it may be, no more.
+In: a log. Out: a `Fact` for each, or none; one more where a log begins in the air with a restart.
+Power is told by the voltages of the last seconds against those before; what a recorder of this kind
+stops for is told as what it may be, no more.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,13 +16,17 @@ import numpy as np
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
 from fdi.telemetry.ends import FlightEnd
+from fdi.telemetry.events import Event
 from fdi.telemetry.log import Recording, recorder_of
+from fdi.telemetry.meaning.restarts import NEW_S, program_stopped
 from fdi.telemetry.message import Floats
 from fdi.telemetry.supply import LAST_S, Supply, supplies
 
-NEW_S: Final = 10.0
-"""After a restart, in which an autopilot greets."""
+YOUNG_S: Final = 10.0
+"""Since boot, in which nobody takes off: the sensors settle, gyroscopes are calibrated."""
 MOST_TEXTS: Final = 3
+MOST_WORDS: Final = 4
+COMPUTER: Final = "autopilot_computer"
 _KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
 _MINUTE_S: Final = 60.0
 _SYNC_S: Final = 1.0
@@ -51,7 +57,7 @@ class _Held(NamedTuple):
 
 def recording_end(log: Log) -> tuple[Fact, ...]:
     """Return what is known of why an autopilot ceased or the recording does, in flight."""
-    ceased = tuple(_ceased(log, end) for end in log.ends if end.how == "restarted")
+    ceased = (*_begun_anew(log), *(_ceased(log, end) for end in log.ends if end.how == "restarted"))
     stopped = tuple(_stopped(log))
     if not any(end.how in _OPEN for end in log.ends[-1:]):
         return (*ceased, *stopped)
@@ -63,11 +69,58 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
     off = any(e.kind == "disarm" and e.t > stop - LAST_S for e in log.events)
     if off:
         other = "the autopilot had just been disarmed, at which recorders stop"
+    crash = program_stopped(log.events, stop)
+    leads = crash is not None or not all(one.kept for one in told)
+    if crash is not None:
+        power = f"the autopilot's program stopped ({_short(crash)})"
+    if leads:
+        other = ""
     text = f"the recording stops in flight (log {stop:.1f} s): {power}"
     unwritten, *buffered = _unwritten(log, form, stop) or ("",)
     text = "; ".join(filter(None, (text, other, _all_stop(log), unwritten)))
-    records = (*(one.record() for one in told), *buffered)
-    return (*ceased, *stopped, Fact(ENDING, text, records=records))
+    records = (*(one.record() for one in told), *buffered, *_reported(crash))
+    about = ENDING if crash is None else COMPUTER
+    return (*ceased, *stopped, Fact(about, text, leads, leads, records))
+
+
+def _short(report: Event) -> str:
+    """Return the beginning of what an autopilot says of a program that stopped."""
+    text = " ".join(report.text.split()[:MOST_WORDS])
+    return f'"{text}"' if text == report.text else f'"{text} ..."'
+
+
+def _reported(report: Event | None) -> tuple[str, ...]:
+    return () if report is None else (f'text at log {report.t:.1f} s: "{report.text}"',)
+
+
+def begins_anew(log: Log) -> float | None:
+    """Return how long after its boot, s, a log begins in the air; None for one that does not.
+
+    A vehicle in the air just after its boot did not take off since.
+    """
+    first = next((flight for flight in log.flights if flight.flew), None)
+    if first is None or first.takeoff is not None or first.start - log.span[0] >= YOUNG_S:
+        return None
+    since = log.clock.boot(first.start)
+    return since if since is not None and 0 <= since < YOUNG_S else None
+
+
+def _begun_anew(log: Log) -> Iterator[Fact]:
+    """Yield that a log begins with a restart in the air."""
+    since = begins_anew(log)
+    if since is None:
+        return
+    t = next(flight for flight in log.flights if flight.flew).start
+    report = program_stopped(log.events, log.span[0])
+    why = "why, is not told"
+    if report is not None:
+        why = f"its program had stopped ({_short(report)})"
+    text = (
+        f"the log begins with a restart in the air: it flies {since:.1f} s after the autopilot's "
+        f"boot; {why}"
+    )
+    records = (f"time since boot at log {t:.1f} s: {since:.1f} s", *_reported(report))
+    yield Fact(ENDING if report is None else COMPUTER, text, True, True, records)
 
 
 def _stopped(log: Log) -> Iterator[Fact]:
@@ -201,11 +254,11 @@ def _ceased(log: Log, end: FlightEnd) -> Fact:
     anew = log.flights[end.flight].restart
     told = supplies(log.messages, end.at)
     assert anew is not None  # that is how it ended
-    said = [e for e in log.events if e.kind == "text" and 0 <= e.t - anew < NEW_S]
+    said = [e for e in log.events if e.kind == "text" and -1 <= e.t - anew < NEW_S]
     records = (
         f"the last record before: log {end.at:.1f} s",
         f"time since boot: begins anew at log {anew:.1f} s",
-        *(f'text at log {e.t:.1f} s: "{e.text}"' for e in said[:MOST_TEXTS]),
+        *chain.from_iterable(_reported(e) for e in said[:MOST_TEXTS]),
         *(one.record() for one in told),
     )
     return Fact(ENDING, _restart(log, end, told), records=records)
@@ -214,11 +267,13 @@ def _ceased(log: Log, end: FlightEnd) -> Fact:
 def _restart(log: Log, end: FlightEnd, told: Sequence[Supply]) -> str:
     """Return from when to when an autopilot gave nothing, and what is known of its supply."""
     anew = log.flights[end.flight].restart
+    report = None if anew is None else program_stopped(log.events, anew)
     is_last = end.flight == len(log.flights) - 1
     after = " and ".join(f"{s.name} {s.after:.1f} V" for s in told if s.after is not None)
     return (
         f"the autopilot gave nothing from log {end.at:.1f} to {anew:.1f} s, and then its clock "
         f"began anew: {_power(told)}"
+        + ("" if report is None else f"; its program had stopped ({_short(report)})")
         + (f", and {after} at the first ones after" if after else "")
         + ("; what became of the vehicle the log does not show" if is_last else "")
     )

@@ -29,6 +29,7 @@ CARRIES: Final = ("motors", "battery", "motor limits", "thrust to weight")
 """Checks of what carries the vehicle: first."""
 _ENDS_FLIGHTS: Final = (*CARRIES[1:], ENDING)
 """In the verdict even where it only strikes."""
+_NOBODY: Final = "No component is accused"
 _SENTENCE: Final = re.compile(r"(?<=[.?!]) (?=[A-Z])")
 
 
@@ -43,7 +44,7 @@ class Fact(Shown):
     text : str
         One clause, without a full stop.
     is_wrong : bool
-        Whether it is beyond doubt set up wrongly.
+        Whether it is beyond doubt set up wrongly, or went wrong.
     leads : bool
         Whether it belongs into the verdict where nobody is accused.
     records : tuple of str
@@ -86,7 +87,15 @@ def with_facts(diagnosis: Diagnosis, facts: Sequence[Fact]) -> Diagnosis:
         for one in diagnosis.ruled_out
         if (name := one.component) in about
     )
-    diagnosis = replace(diagnosis, ruled_out=cleared, open=diagnosis.open + known)
+    known += tuple(
+        Open(one.component, about[one.component].text)
+        for one in diagnosis.not_testable
+        if one.component in about
+    )
+    untested = tuple(one for one in diagnosis.not_testable if one.component not in about)
+    diagnosis = replace(
+        diagnosis, ruled_out=cleared, open=diagnosis.open + known, not_testable=untested
+    )
     outlook = diagnosis.outlook
     if outlook == "healthy" and any(fact.is_wrong for fact in facts):
         outlook = "alarms"
@@ -144,12 +153,22 @@ def _place(fact: Fact) -> tuple[int, bool]:
 
 
 def _led_by(verdict: str, fact: Fact) -> str:
-    """Return a verdict with a fact behind its first sentence, and what then has room."""
+    """Return a verdict with a fact behind its first sentence, and what then has room.
+
+    In its place where it says the same; before it, without its numbers, where both have no room.
+    """
+    said = f"{fact.text[:1].upper()}{fact.text[1:]}."
     first, *rest = _SENTENCE.split(verdict)
-    text = f"{first} {fact.text[:1].upper()}{fact.text[1:]}."
+    text = said if said.startswith(first.split(" at ")[0].split(" (")[0]) else f"{first} {said}"
+    if len(text) > MOST_LETTERS and first.startswith(_NOBODY):
+        text = f"{said} {_NOBODY}."
     if len(text) > MOST_LETTERS:
         return verdict
     for sentence in rest:
-        if len(text) + 1 + len(sentence) <= MOST_LETTERS:
-            text += f" {sentence}"
+        # that nobody is accused has room where its numbers have none
+        shorter = sentence.split(":")[0] + "." if sentence.startswith(_NOBODY) else sentence
+        for one in (f"{text} {sentence}", f"{text} {shorter}"):
+            if len(one) <= MOST_LETTERS:
+                text = one
+                break
     return text

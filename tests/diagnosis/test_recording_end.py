@@ -7,11 +7,13 @@ import pytest
 
 from fdi.diagnosis.recording_end import recording_end
 from fdi.telemetry import log_from_columns
+from fdi.telemetry.clock import Clock
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event, Flight
 from fdi.telemetry.log import Recording
 
 T = np.arange(0.0, 60.0, 0.5)
+FLOWN = Flight(0.0, 59.5, None, 50.0)
 
 
 def log(how="in_air", events=(), **volts):
@@ -43,6 +45,53 @@ def test_a_voltage_that_falls_says_that_power_was_going(name, before, last):
 
 def test_without_voltages_nothing_is_known_of_power():
     assert "no voltage in the log tells whether power was there" in said()
+
+
+def test_a_program_that_stopped_is_the_reason_and_leads():
+    crash = Event(59.5, "failsafe", "the autopilot's processor crashed: hard fault in task nav")
+    (fact,) = recording_end(log(events=[crash], battery=np.full(T.size, 15.2)))
+    assert (
+        "the autopilot's program stopped (\"the autopilot's processor crashed: ...\")" in fact.text
+    )
+    assert fact.leads
+    assert fact.about == "autopilot_computer"
+    assert any("hard fault in task nav" in one for one in fact.records)
+
+
+def test_power_that_goes_leads_and_power_that_stays_does_not():
+    for last, leads in ((12.0, True), (15.0, False)):
+        (fact,) = recording_end(log(battery=np.where(T < 58.0, 15.0, last)))
+        assert fact.leads is leads
+
+
+def anew(since: float, flight=FLOWN, events=()):
+    clock = Clock(np.zeros(1), np.array([since]), np.full(1, np.nan), 0.1, np.nan, "none")
+    made = replace(log("landed", events), clock=clock)
+    return replace(made, _cache={**made._cache, "flights": (flight,)})
+
+
+@pytest.mark.parametrize(
+    ("since", "flight", "says"),
+    [
+        (3.0, FLOWN, True),
+        (45.0, FLOWN, False),  # time to take off
+        (3.0, replace(FLOWN, takeoff=2.0), False),
+        (3.0, replace(FLOWN, flew=False), False),
+    ],
+)
+def test_who_flies_just_after_its_boot_started_anew_in_the_air(since, flight, says):
+    found = recording_end(anew(since, flight))
+    assert len(found) == says
+    for fact in found:
+        assert "it flies 3.0 s after the autopilot's boot; why, is not told" in fact.text
+        assert fact.leads
+
+
+def test_the_report_of_a_watchdog_tells_why_it_started_anew():
+    said = "WDG: T-3 SL0 FL0 FT3 FA200004BC"
+    (fact,) = recording_end(anew(3.0, events=[Event(0.5, "text", said)]))
+    assert 'its program had stopped ("WDG: T-3 SL0 FL0 ...")' in fact.text
+    assert any(said in one for one in fact.records)
 
 
 def test_a_disarming_just_before_is_told_as_what_stops_recorders():

@@ -10,7 +10,7 @@ from methods.setup.sensors import Ride, write
 from report.build import small_analysis
 
 from fdi.analysis import analyze
-from fdi.diagnosis import Ending, Fact, stood_out, with_facts
+from fdi.diagnosis import Ending, Fact, NotTestable, Open, stood_out, with_facts
 from fdi.methods.setup import Check, check_setup
 from fdi.result import Analysis
 from fdi.telemetry import read
@@ -94,6 +94,31 @@ def test_the_fact_stands_behind_the_first_sentence_where_letters_are_few(quiet: 
     long = f"{ended} First to leave health: {'x' * 150}."
     answer = with_facts(replace(quiet.diagnosis, verdict=long), facts(quiet, LIMITS))
     assert answer.verdict == f"{ended} Motor limits: in 69 % of the time."
+
+
+def test_a_fact_that_says_more_stands_in_the_place_of_what_it_says_again(quiet: Analysis) -> None:
+    verdict = "The recording stops in flight at 9 m (log 54.4 s). No component is accused: all ran."
+    fact = Fact("ending", "the recording stops in flight (log 54.4 s): power was going", True, True)
+    answer = with_facts(replace(quiet.diagnosis, verdict=verdict), [fact])
+    assert answer.verdict == (
+        "The recording stops in flight (log 54.4 s): power was going. No component is accused: "
+        "all ran."
+    )
+
+
+def test_a_fact_too_long_to_stand_behind_an_acquittal_stands_before_it(quiet: Analysis) -> None:
+    quiet_for_long = f"No component is accused: {'x' * 150}."
+    fact = Fact("ending", f"the log begins {'y' * 100}", True, True)
+    answer = with_facts(replace(quiet.diagnosis, verdict=quiet_for_long), [fact])
+    assert answer.verdict == f"The log begins {'y' * 100}. No component is accused."
+
+
+def test_a_part_of_which_a_fact_tells_is_not_merely_untestable(quiet: Analysis) -> None:
+    untested = NotTestable("autopilot_computer", "no channel shows it")
+    fact = Fact("autopilot_computer", "its program stopped", True, True)
+    answer = with_facts(replace(quiet.diagnosis, not_testable=(untested,)), [fact])
+    assert answer.not_testable == ()
+    assert Open("autopilot_computer", "its program stopped") in answer.open
 
 
 @pytest.mark.parametrize(("speed", "told"), [(5.0, True), (0.6, False), (None, False)])

@@ -3,12 +3,14 @@
 In: messages and events. Out: the message ``RESTART``, only where the log holds a reboot. Its fields
 say how long it gave nothing, s, by what is known of the supply at its last record: ``powered``
 (board and battery held), ``board`` (its voltage fell), ``battery`` (its voltage fell, and not the
-board's); none of them where nothing tells the board's. 0 while it runs.
+board's); none of them where nothing tells the board's. A watchdog's report tells that it was
+powered. 0 while it runs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Final
 
@@ -20,6 +22,13 @@ from fdi.telemetry.supply import Supply, supplies
 from fdi.units import Conversion
 
 RESTART: Final = "RESTART"
+HEADINGS: Final = frozenset(("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "WDOG"))
+"""What a recorder on board writes as it begins, and no measurement of the vehicle."""
+NEW_S: Final = 10.0
+"""After a restart, in which an autopilot greets and says why."""
+_STOPPED: Final = re.compile(r"WDG: T-?\d|watchdog reset|processor crashed", re.IGNORECASE)
+"""What ArduPilot says once after a reset by its watchdog (AP_Vehicle.cpp,
+``send_watchdog_reset_statustext``), and what readers make of its record and of PX4's crash dump."""
 _CAUSES: Final = ("powered", "board", "battery")
 _STEP_S: Final = 0.1
 SILENT_S: Final = 60.0
@@ -29,12 +38,28 @@ _MOST: Final = 36_000  # records beside the silences, however long the log
 
 def last_heard(messages: Iterable[Message], restart: float) -> float:
     """Return when the vehicle's last record before it started anew was made, s."""
-    own = (m.t[: int(np.searchsorted(m.t, restart))] for m in messages if m.made_from is None)
-    return max((float(t[-1]) for t in own if t.size), default=restart)
+    own = (m for m in messages if m.made_from is None and m.name not in HEADINGS)
+    before = (m.t[: int(np.searchsorted(m.t, restart))] for m in own)
+    return max((float(t[-1]) for t in before if t.size), default=restart)
 
 
-def _cause(told: tuple[Supply, ...]) -> str | None:
+def heard_again(messages: Iterable[Message], restart: float) -> float:
+    """Return when the vehicle's first measurement after it started anew was made, s."""
+    own = (m for m in messages if m.made_from is None and m.name not in HEADINGS)
+    after = (m.t[int(np.searchsorted(m.t, restart)) :] for m in own)
+    return min((float(t[0]) for t in after if t.size), default=restart)
+
+
+def program_stopped(events: Iterable[Event], restart: float) -> Event | None:
+    """Return what says that the program of an autopilot had stopped before it started anew."""
+    near = (e for e in events if -1.0 <= e.t - restart < NEW_S)
+    return next((e for e in near if _STOPPED.search(e.text)), None)
+
+
+def _cause(told: tuple[Supply, ...], report: Event | None) -> str | None:
     """Return the field that says what is known of the supply as an autopilot ceased, or None."""
+    if report is not None:
+        return "powered"
     fallen = [one.name for one in told if not one.kept]
     if "board" in fallen:
         return "board"
@@ -43,7 +68,7 @@ def _cause(told: tuple[Supply, ...]) -> str | None:
     return "powered" if any(one.name == "board" for one in told) else None
 
 
-def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> dict[str, Message]:
+def with_restarts(messages: Mapping[str, Message], events: Sequence[Event]) -> dict[str, Message]:
     """Return the messages, by key, with ``RESTART`` where an event is a reboot."""
     anew = [event.t for event in events if event.kind == "reboot"]
     heard = [m.t for m in messages.values() if m.made_from is None and len(m)]
@@ -55,7 +80,7 @@ def with_restarts(messages: Mapping[str, Message], events: Iterable[Event]) -> d
     silent: dict[str, list[tuple[float, float]]] = {cause: [] for cause in _CAUSES}
     for restart in anew:
         since = last_heard(messages.values(), restart)
-        cause = _cause(supplies(messages, since))
+        cause = _cause(supplies(messages, since), program_stopped(events, restart))
         if cause is not None and restart - since <= SILENT_S:
             t.append(np.linspace(since, restart, round((restart - since) / _STEP_S) + 1))
             silent[cause].append((since, restart))

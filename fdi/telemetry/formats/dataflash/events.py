@@ -30,6 +30,7 @@ from fdi.telemetry.formats.wording import PARAMETER_NAME, clean_text
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.quality import QualityRecord
 
+_CRITICAL: Final = 2  # MAV_SEVERITY
 _ARMED: Final = 10  # EV.Id
 _DISARMED: Final = 11
 _INTERLOCK: Final = 56
@@ -79,6 +80,10 @@ def log_texts(timed: Timed) -> list[Event]:
             events.append(Event(t, "text", text))
             if is_failsafe:
                 events.append(Event(t, "failsafe", text))
+    # ArduPilot writes it once, after its watchdog has started it anew
+    for t, task, fault in timed.lines("WDOG", "Tsk", "FT"):
+        text = f"watchdog reset: the program had stopped in task {task}, fault {fault}"
+        events.append(Event(t, "text", text, _CRITICAL))
     return sorted(events, key=lambda e: e.t)
 
 

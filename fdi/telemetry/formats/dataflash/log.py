@@ -35,6 +35,7 @@ from fdi.telemetry.formats.gaps import gap_records
 from fdi.telemetry.formats.wording import greeting
 from fdi.telemetry.log import Log, Source
 from fdi.telemetry.meaning import as_mavlink, with_motors, with_outputs, with_restarts
+from fdi.telemetry.meaning.restarts import heard_again
 from fdi.telemetry.message import Column, Floats, Message
 from fdi.telemetry.quality import ANEW, Kind, QualityRecord
 from fdi.units import Conversion
@@ -99,9 +100,9 @@ def make_log(
     messages = own | {k: m for k, m in said.items() if k not in own}
     messages = with_outputs(messages, values, "ardupilot", vehicle)
     messages = with_motors(messages, values, "ardupilot", vehicle)
-    anew = [Event(t, "reboot", ANEW) for t in track.restarts]
-    messages = with_restarts(messages, anew)
+    anew = [Event(heard_again(own.values(), t), "reboot", ANEW) for t in track.restarts]
     events = [*texts, *log_events(timed, vehicle, name), *named, *anew]
+    messages = with_restarts(messages, events)
     ends = [x.t[[0, -1]] if x.is_ascending else np.array([x.t.min(), x.t.max()]) for x in times]
     span = float(np.min(ends)), float(np.max(ends))
     quality = [*(_told(f, track) for f in findings), *track.quality]
