@@ -125,7 +125,7 @@ class Recording:
     uncertainty : float
         s, 95 %.
     placed_by : str
-        What tells the offset: ``first`` (its clock is the log's), ``boot``, ``signals``.
+        What tells the offset: ``first`` (its clock is the log's), ``boot``, ``signals``, ``utc``.
     end : float
         s, of its last record, on the log's clock.
     messages : tuple of str

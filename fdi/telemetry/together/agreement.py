@@ -127,7 +127,8 @@ def distance(a: Log, b: Log, found: Agreement) -> float | None:
         apart = np.median(_metres(north, east, lat.value[rows]))
         steps = _metres(np.diff(lat_b.value), np.diff(lon_b.value), lat_b.value[1:])
         speed = np.median(steps / np.diff(lat_b.t))
-        return max(float(apart - speed * found.uncertainty), 0.0)
+        moved = speed * found.uncertainty if speed else 0.0  # of a shift that nothing tells
+        return max(float(apart - moved), 0.0)
     return None
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Final
 
@@ -17,11 +18,18 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.telemetry.clock import Clock
+from fdi.telemetry.events import Event
 from fdi.telemetry.log import Log, Recording
-from fdi.telemetry.meaning import LINK, link_of
+from fdi.telemetry.meaning import LINK, RESTART, link_of, with_restarts
+from fdi.telemetry.meaning.restarts import heard_again
 from fdi.telemetry.message import Message
-from fdi.telemetry.quality import QualityRecord
-from fdi.telemetry.together.happenings import differing, merged_events, merged_parameters
+from fdi.telemetry.quality import ANEW, QualityRecord
+from fdi.telemetry.together.happenings import (
+    CHANGE_S,
+    differing,
+    merged_events,
+    merged_parameters,
+)
 from fdi.telemetry.together.messages import Taken, shifted, united
 from fdi.telemetry.together.placing import Placement, place
 
@@ -71,6 +79,11 @@ def join(logs: Sequence[Log]) -> Log:
     messages, taken = _messages(placed, old or [span])
     values, changes, differ = merged_parameters(pairs)
     recordings = tuple(_recordings(placed, taken, messages))
+    events = merged_events(pairs)
+    anew = _anew(placed, events)
+    if anew:
+        events = sorted([*events, *anew], key=lambda e: (e.t, e.kind))
+        messages = with_restarts({k: m for k, m in messages.items() if k != RESTART}, events)
     first, end = logs[0], max(log.duration + offset for log, offset in pairs)
     sources = [source for log in logs for source in log.sources]
     return replace(
@@ -80,7 +93,7 @@ def join(logs: Sequence[Log]) -> Log:
         messages=MappingProxyType(messages),
         parameters=MappingProxyType(values),
         parameter_changes=changes,
-        reported=tuple(merged_events(pairs)),
+        reported=tuple(events),
         quality=(*_told(placed, recordings, differ), *_quality(placed)),
         clock=_clock(placed),
         vehicle=vehicle,
@@ -92,6 +105,21 @@ def join(logs: Sequence[Log]) -> Log:
         judge=lambda: tuple(one for log in logs for one in log.judge()),
         _cache={},
     )
+
+
+def _anew(placed: Sequence[_Placed], events: Sequence[Event]) -> list[Event]:
+    """Return the restarts between logs that were recorded in turn, which no other one saw."""
+    order = sorted(placed, key=lambda one: one.log.span[0] + one.offset)
+    found = []
+    for one, later in pairwise(order):
+        if "utc" not in {each.placement.clue for each in (one, later) if each.placement}:
+            continue
+        end, start = one.log.span[1] + one.offset, later.log.span[0]
+        heard = heard_again(later.log.messages.values(), start) + later.offset
+        is_told = any(e.kind == "reboot" and end <= e.t <= heard + CHANGE_S for e in events)
+        if end <= start + later.offset and not is_told:
+            found.append(Event(heard, "reboot", ANEW))
+    return found
 
 
 def _known(names: Sequence[str]) -> str:
@@ -223,7 +251,11 @@ def _told(
 def _placement_text(placement: Placement | None, first: str) -> str:
     if placement is None:
         return "its clock counts"
-    how = {"boot": "by the time since boot", "signals": "by the signals"}
+    how = {
+        "boot": "by the time since boot",
+        "signals": "by the signals",
+        "utc": "by satellite time",
+    }
     found = placement.agreement
     agreed = (
         f"confirmed by {found.quantities} signals, r = {found.r:.2f}"
@@ -257,19 +289,33 @@ def _quality(placed: Sequence[_Placed]) -> list[QualityRecord]:
 
 
 def _clock(placed: Sequence[_Placed]) -> Clock:
-    """Return the clock: boot time from the first log that knows it, UTC from the best source."""
-    by_boot = next((one for one in placed if one.log.clock.boot_known), placed[0])
+    """Return the clock: boot time from the first log that knows it, UTC from the best source.
+
+    Of logs that were recorded in turn each tells the time since its own boot.
+    """
+    knowing = [one for one in placed if one.log.clock.boot_known] or [placed[0]]
     order = sorted(placed, key=lambda one: one.log.clock.utc_source != "vehicle")
     by_utc = next((one for one in order if one.log.clock.utc_known), placed[0])
-    starts = [one.log.clock.start + one.offset for one in (by_boot, by_utc)]
-    start = np.unique(np.concatenate(starts))
-    rows = [np.maximum(np.searchsorted(own, start, side="right") - 1, 0) for own in starts]
-    boot, utc = by_boot.log.clock, by_utc.log.clock
+    since = knowing[:1]
+    if any(one.placement is not None and one.placement.clue == "utc" for one in knowing):
+        since = sorted(knowing, key=lambda one: one.log.span[0] + one.offset)
+    begins = [one.log.span[0] + one.offset for one in since[1:]]
+    starts = [one.log.clock.start + one.offset for one in (*since, by_utc)]
+    start = np.unique(np.concatenate([*starts, begins]))
+    by_boot = [since[k] for k in np.searchsorted(begins, start, side="right")]
+    utc = by_utc.log.clock
     return Clock(
         start,
-        boot.boot_offset[rows[0]] - by_boot.offset,
-        utc.utc_offset[rows[1]] - by_utc.offset,
-        boot.boot_uncertainty,
+        np.array([_at(one, "boot_offset", t) for one, t in zip(by_boot, start, strict=True)]),
+        np.array([_at(by_utc, "utc_offset", t) for t in start]),
+        since[0].log.clock.boot_uncertainty,
         utc.utc_uncertainty,
         utc.utc_source,
     )
+
+
+def _at(one: _Placed, what: str, t: float) -> float:
+    """Return what a log's own clock adds to the common time t, s."""
+    clock = one.log.clock
+    piece = max(int(np.searchsorted(clock.start + one.offset, t, side="right")) - 1, 0)
+    return float(getattr(clock, what)[piece]) - one.offset

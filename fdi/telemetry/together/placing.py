@@ -6,9 +6,11 @@ which clue; or an error, where they are not of one flight.
 The time since boot, where both logs know it, is the vehicle's own and exact; so is UTC by satellite
 to some hundredths of a second. Either is believed when signals and place agree at that shift,
 because two flights on one day begin at similar times since boot. Without these clocks the shift is
-the one at which the signals agree best (`agreement.py`). Logs that do not overlap, or in which
-nothing moved, have no signals to compare: they belong together where both know both clocks and
-these name the same moment of booting.
+the one at which the signals agree best (`agreement.py`), but none of two logs of which satellite
+time says that they were recorded one after the other. Logs that do not overlap, or in which nothing
+moved, have no signals to compare: they belong together where both know both clocks and these name
+the same moment of booting, or where one begins, by satellite time, within a minute of the other's
+end: the two files of an autopilot that started anew.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import numpy as np
 
 from fdi.errors import UsageError
 from fdi.telemetry.log import Log
+from fdi.telemetry.meaning.restarts import SILENT_S
 from fdi.telemetry.together.agreement import (
     ALIKE,
     ALIKE_IN_PLACE,
@@ -34,7 +37,7 @@ from fdi.telemetry.together.agreement import (
     shared,
 )
 
-Clue = Literal["boot", "signals"]
+Clue = Literal["boot", "signals", "utc"]
 
 _SAME_BOOT_S: Final = 5.0  # between two clocks' moments of booting: less than a reboot takes
 _CONFIRMS_S: Final = 0.3  # the signals' own shift may differ so much: a link's delay
@@ -81,13 +84,24 @@ def place(first: Log, second: Log) -> Placement:
             if clue == "boot":
                 return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", found)
             return Placement(found.offset, found.uncertainty, "signals", found)
-    best = best_agreement(pairs)
+    in_turn = _in_turn(first, second)
+    best = best_agreement(pairs) if in_turn is None else None
     apart = None if best is None else distance(first, second, best)
     if best is not None and is_confirmed(best, apart):
         return Placement(best.offset, best.uncertainty, "signals", best)
     for offset in _of_same_boot(first, second):
         if not _fly_together(first, second, offset) or not pairs:
             return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", None)
+    if in_turn is not None:
+        between = -_overlap(first, second, in_turn)
+        if between <= SILENT_S:
+            return Placement(in_turn, _UTC_WITHIN_S, "utc", None)
+        raise UsageError(
+            f"is of another flight than {first.name}: by satellite time {between:.0f} s lie "
+            "between them",
+            where=second.name,
+            hint="analyse them one by one",
+        )
     if best is None:
         raise UsageError(
             f"cannot be put on the clock of {first.name}: they share no signals of the same time, "
@@ -133,6 +147,26 @@ def _of_same_boot(first: Log, second: Log) -> Iterator[float]:
         for k in range(booted_b.size):
             if abs(booted_a[i] - booted_b[k]) <= _SAME_BOOT_S:
                 yield float(b.boot_offset[k] - a.boot_offset[i])
+
+
+def _in_turn(first: Log, second: Log) -> float | None:
+    """Return the shift by satellite time of logs that were recorded in turn; None for others.
+
+    The later one's autopilot was not started before the earlier one ended.
+    """
+    a, b = first.clock, second.clock
+    if {a.utc_source, b.utc_source} != {"vehicle"}:
+        return None
+    offset = float(np.nanmedian(b.utc_offset) - np.nanmedian(a.utc_offset))
+    if _overlap(first, second, offset) > _UTC_WITHIN_S:
+        return None
+    if second.span[0] + offset > first.span[0]:
+        return max(offset, first.span[1] - second.span[0] + _since_boot(second))
+    return min(offset, first.span[0] - _since_boot(first) - second.span[1])
+
+
+def _since_boot(log: Log) -> float:
+    return max(log.clock.boot(log.span[0]) or 0.0, 0.0)
 
 
 def _overlap(first: Log, second: Log, offset: float) -> float:

@@ -16,6 +16,7 @@ from fdi.telemetry import Event, Log, QualityRecord, join, read
 from fdi.telemetry.log import ParameterChange
 from fdi.telemetry.together.happenings import merged_events, merged_parameters
 
+from ..build import AFTER, Flight, started_anew
 from .test_agreement import PAIRS, needs_shared, pair, without_clocks
 
 pytestmark = pytest.mark.flights
@@ -175,6 +176,37 @@ def test_the_same_motion_at_another_place_is_another_flight(write: Write, whole:
         join([whole, second])
     near = [r for r in elsewhere if r.name not in places]
     assert join([whole, read(write("c.tlog", late(near)))]).recordings[1].placed_by == "boot"
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)], ids=["in_order", "swapped"])
+def test_files_before_and_after_a_restart_in_the_air_lie_in_turn(
+    tmp_path: Path, order: tuple[int, int]
+) -> None:
+    parts = [tmp_path / "before.tlog", tmp_path / "after.tlog"]
+    parts[0].write_bytes(Flight().bytes(11.0))
+    parts[1].write_bytes(b"".join(started_anew()))
+    log = join([read(parts[i]) for i in order])
+    zero = 0.0 if order == (0, 1) else AFTER
+    assert log.recordings[1].placed_by == "utc"
+    assert [e.t + zero for e in log.events if e.kind == "reboot"] == [pytest.approx(AFTER, abs=0.1)]
+    first, second = log.flights
+    assert first.restart + zero == pytest.approx(AFTER, abs=0.1)
+    assert second.landing + zero == pytest.approx(Flight().phases()[3], abs=1.5)
+    assert log["RESTART"] is not None
+    assert log.clock.boot(AFTER + 5.0 - zero) == pytest.approx(7.0, abs=0.1)
+    assert log.clock.boot(5.0 - zero) == pytest.approx(25.0, abs=0.1)
+
+
+def test_files_an_hour_apart_are_of_two_flights(tmp_path: Path) -> None:
+    parts = [tmp_path / "one.tlog", tmp_path / "other.tlog"]
+    parts[0].write_bytes(Flight().bytes())
+    late = [one._replace(stamp=one.stamp + 3_600_000_000) for one in records(parts[0])]
+    parts[1].write_bytes(joined(late))
+    moved = read(parts[1])
+    clock = replace(moved.clock, utc_offset=moved.clock.utc_offset + 3600.0)
+    anew = replace(clock, boot_offset=clock.boot_offset + 1.0)
+    with pytest.raises(UsageError, match=r"by satellite time 35\d\d s lie between"):
+        join([read(parts[0]), replace(moved, clock=anew, _cache={})])
 
 
 def test_halves_of_which_nothing_tells_how_they_lie_are_refused(write: Write) -> None:
