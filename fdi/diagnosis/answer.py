@@ -19,6 +19,7 @@ from fdi.diagnosis.clearing import ruled_out
 from fdi.diagnosis.ending import endings, led_to
 from fdi.diagnosis.episodes import joined
 from fdi.diagnosis.explain import evidence, size_in_words
+from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.hypotheses import WINDOW_S, Inquiry, inquire
 from fdi.diagnosis.isolability import implementable_isolability, structural_isolability
 from fdi.diagnosis.kind import kind_of
@@ -198,7 +199,10 @@ def _told_of(component: str, runs: Sequence[Run], inquiry: Inquiry) -> tuple[lis
 def _consequences(
     effects: Sequence[Effect], causes: Sequence[Cause], inquiries: Sequence[Inquiry]
 ) -> tuple[Consequence, ...]:
-    """Return what follows, causes in the order of their rank; who is accused follows nobody."""
+    """Return what follows, causes in the order of their rank; who is accused follows nobody.
+
+    Nor does who left health well before its cause did, though the cause explains its tests.
+    """
     accused = {(cause.flight, cause.component) for cause in causes}
     runs: dict[tuple[int, str], list[Run]] = {}
     for effect in effects:
@@ -211,6 +215,8 @@ def _consequences(
         cause = causes[rank - 1]
         first = min(run.onset for run in own)
         later = first - cause.onset
+        if later < -SIMULTANEOUS_S:
+            continue
         inquiry = inquiries[cause.flight]
         components = inquiry.whom.components
         whom = the_part(cause.component, components)

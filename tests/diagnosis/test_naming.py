@@ -575,6 +575,7 @@ def test_findings_are_ordered_and_within_their_flight(raised, peak):
     for effect in found.consequences:
         cause = found.findings[effect.because_of - 1]
         assert effect.component in affected(cause.component, BANK.system.components)
+        assert effect.onset >= cause.onset - SIMULTANEOUS_S
 
 
 @given(RAISED, PEAK)
