@@ -47,11 +47,18 @@ def offsets(logs: Sequence[Log]) -> tuple[float, ...]:
 
 def _offset(first: Log, log: Log) -> float:
     try:
-        offset = place(first, log).offset
+        placed = place(first, log)
     except UsageError as error:
         raise UsageError(
             f"{error.message}{_in_utc(first, log)}", where=str(log.path), hint=_HINT
         ) from error
+    offset = placed.offset
+    if placed.clue == "utc":
+        raise UsageError(
+            f"was not recorded while {first.name} was, by satellite time{_in_utc(first, log)}",
+            where=str(log.path),
+            hint=_HINT,
+        )
     apart = _utc_apart(first, log, offset)
     if apart is not None and apart > _UTC_APART_S:
         raise UsageError(

@@ -248,8 +248,9 @@ def test_the_attitude_flag_makes_the_first_autopilot_lose_votes_before_any_fault
 
 
 def test_two_flights_of_one_plan_that_moved_alike_are_told_apart_by_their_satellite_times():
+    """They begin 219 s from each other, and the first lasts 22."""
     paths = [SHARED / "px4_motor" / f"hil_0{k}.ulg" for k in (0, 2)]
     if not all(path.is_file() for path in paths):
         pytest.skip("these logs are not at hand")
-    with pytest.raises(fdi.UsageError, match=r"satellite times are 219\.\d s apart"):
+    with pytest.raises(fdi.UsageError, match="by satellite time 197 s lie between them"):
         fdi.vote([fdi.read(path) for path in paths])
