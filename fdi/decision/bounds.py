@@ -274,10 +274,12 @@ def _unfit(
         most = np.nanmax(np.where(reference, np.nan_to_num(size), 0.0), axis=1, initial=0.0)
         unfit &= ~(begins <= recipe.most_factor) | _turned(residuals, reference, most)
     stands = _stands(size > tolerance, np.isfinite(size), reference)
-    # an order that came in flight is no condition of the vehicle, however early it came
-    ordered = np.array([equation.command for equation in equations], bool)
+    # An order that came in flight is no condition of the vehicle, however early it came; nor is
+    # what begins while it flies already, without a take-off to settle from.
+    sudden = np.array([equation.command for equation in equations], bool)
+    sudden |= _begins_in_air(residuals.signals)
     began = _began(size > tolerance, np.isfinite(size), residuals.signals, reference)
-    stands &= ~(ordered & began)
+    stands &= ~(sudden & began)
     unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)
     # where the constant that is allowed could not be learned, nothing is held against the test
     unlearned = ~np.isfinite(residuals.values[:, reference]).any(axis=1)
@@ -439,6 +441,11 @@ def _began(
     before = airborne_mask(signals) & (np.cumsum(reference) == 0)
     over, told = (which[:, before].sum(axis=1) for which in (violated, known))
     return np.asarray((told > TOLD * np.count_nonzero(before)) & (over < TOLD * told))
+
+
+def _begins_in_air(signals: Signals) -> bool:
+    first = next((flight for flight in signals.flights if flight.flew), None)
+    return first is not None and first.takeoff is None
 
 
 def _stands(

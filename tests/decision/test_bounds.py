@@ -277,6 +277,14 @@ def test_an_order_that_comes_in_flight_is_no_condition_however_early(command, un
     assert told(values, kind=Kind.LIMIT, command=command).unfit[0] == unfit
 
 
+@pytest.mark.parametrize(("takeoff", "unfit"), [(0.0, True), (None, False)])
+def test_what_begins_in_a_log_that_begins_in_the_air_is_no_condition(takeoff, unfit):
+    """After a take-off a vehicle settles; one that flies already has nothing to settle from."""
+    flights = tuple(replace(one, takeoff=takeoff) for one in flown(0.0, 200.0))
+    values = np.where(T > 4.5, 3.0, 0.0)
+    assert told(values, kind=Kind.LIMIT, flights=flights).unfit[0] == unfit
+
+
 def test_an_order_that_stands_as_the_flight_begins_is_a_condition():
     assert told(np.full(N, 3.0), kind=Kind.LIMIT, command=True).unfit[0]
 
