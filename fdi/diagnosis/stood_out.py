@@ -18,6 +18,7 @@ from fdi.decision import Alarms
 from fdi.diagnosis.plain import alarm_words
 from fdi.diagnosis.straying import violated_from_start
 from fdi.diagnosis.values import MOST_LETTERS, Diagnosis, Open
+from fdi.diagnosis.verdict import NOBODY, UNEXPLAINED
 from fdi.methods.setup import Check
 from fdi.model import System
 from fdi.model.naming import component_words
@@ -29,7 +30,6 @@ CARRIES: Final = ("motors", "battery", "motor limits", "thrust to weight")
 """Checks of what carries the vehicle: first."""
 _ENDS_FLIGHTS: Final = (*CARRIES[1:], ENDING)
 """In the verdict even where it only strikes."""
-_NOBODY: Final = "No component is accused"
 _SENTENCE: Final = re.compile(r"(?<=[.?!]) (?=[A-Z])")
 
 
@@ -112,7 +112,8 @@ def _is_told(check: Check, accused: set[str]) -> bool:
 
 def _fact(check: Check, accused: set[str], system: System) -> Fact:
     """Return the fact of a check, less sure where what it rests on is accused itself."""
-    text = check.text if check.name in check.text else f"{check.name}: {check.text}"
+    own = check.text.lower().startswith(check.name.lower())
+    text = check.text if own else f"{check.name}: {check.text}"
     doubted = [
         component_words(name, system.components) for name in check.rests_on if name in accused
     ]
@@ -156,17 +157,28 @@ def _led_by(verdict: str, fact: Fact) -> str:
     """Return a verdict with a fact behind its first sentence, and what then has room.
 
     In its place where it says the same; before it, without its numbers, where both have no room.
+    Of a fact that has none its first clauses are told.
     """
-    said = f"{fact.text[:1].upper()}{fact.text[1:]}."
     first, *rest = _SENTENCE.split(verdict)
-    text = said if said.startswith(first.split(" at ")[0].split(" (")[0]) else f"{first} {said}"
-    if len(text) > MOST_LETTERS and first.startswith(_NOBODY):
-        text = f"{said} {_NOBODY}."
-    if len(text) > MOST_LETTERS:
-        return verdict
+    if fact.is_wrong and fact.about in CARRIES:  # what it was built like may well explain it
+        first = first.replace(UNEXPLAINED, "")
+    clauses = f"{fact.text[:1].upper()}{fact.text[1:]}".split("; ")
+    for count in range(len(clauses), 0, -1):
+        said = f"{'; '.join(clauses[:count])}."
+        again = said.startswith(first.split(" at ")[0].split(" (")[0])
+        text = said if again else f"{first} {said}"
+        if len(text) > MOST_LETTERS and first.startswith(NOBODY):
+            text = f"{said} {NOBODY}."
+        if len(text) <= MOST_LETTERS:
+            return _filled(text, rest)
+    return verdict
+
+
+def _filled(text: str, rest: Sequence[str]) -> str:
+    """Return a text with the sentences that then have room."""
     for sentence in rest:
         # that nobody is accused has room where its numbers have none
-        shorter = sentence.split(":")[0] + "." if sentence.startswith(_NOBODY) else sentence
+        shorter = sentence.split(":")[0] + "." if sentence.startswith(NOBODY) else sentence
         for one in (f"{text} {sentence}", f"{text} {shorter}"):
             if len(one) <= MOST_LETTERS:
                 text = one

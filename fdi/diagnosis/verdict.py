@@ -39,6 +39,8 @@ from fdi.telemetry import Flight, Signals
 from fdi.telemetry.ends import FlightEnd, gravest, is_failsafe
 from fdi.units import customary, two_digits
 
+NOBODY: Final = "No component is accused"
+UNEXPLAINED: Final = "; no component explains it"
 PROPULSION: Final = "propulsion"
 """The group of what keeps the vehicle in the air."""
 MOST_FOLLOWERS: Final = 2
@@ -159,19 +161,18 @@ def _quiet(tests: Tests) -> str:
         of = f"{tests.standing} of {tests.all} tests {'is' if tests.standing == 1 else 'are'}"
         what = "the only test is" if tests.all == 1 else f"none could be judged, and {of}"
         return (
-            f"No component is accused, and none is cleared: {what} violated from the beginning of "
-            "the flight on."
+            f"{NOBODY}, and none is cleared: {what} violated from the beginning of the flight on."
         )
     if not tests.ran:
         return "Nothing in this telemetry could be tested."
     if tests.raised:
         return (
-            f"No component is accused: {tests.raised} of {tests.all} tests raised alarms, but no "
+            f"{NOBODY}: {tests.raised} of {tests.all} tests raised alarms, but no "
             "component's failure explains them well enough."
         )
     if tests.strayed:
         return (
-            f"No component is accused: {tests.strayed} of {tests.all} tests left what health "
+            f"{NOBODY}: {tests.strayed} of {tests.all} tests left what health "
             "explains, too briefly to accuse anybody."
         )
     if tests.ran == tests.all:
@@ -182,14 +183,14 @@ def _quiet(tests: Tests) -> str:
     if tests.touched:
         of = "one of them" if tests.touched == 1 else f"{tests.touched} tests"
         aside = f", moments of less than {BRIEF_S:g} s in {of} aside"
-    return f"No component is accused: {ran} stayed within what health explains{aside}."
+    return f"{NOBODY}: {ran} stayed within what health explains{aside}."
 
 
 def _unexplained(ending: Ending) -> str:
     """Return what is said of a flight that ended badly and nobody is accused."""
     moment = went_wrong(ending.end)
     first = next((one for one in ending.first if one.kind in ("alarm", "trigger")), None)
-    head = f"{_end_words(ending.end)}; no component explains it."
+    head = f"{_end_words(ending.end)}{UNEXPLAINED}."
     if first is None:
         return _fitted([head, f"No test left health in the {BEFORE_S:.0f} s before."], [])
     when = f"{max(moment - first.at, 0.0):.1f} s before"
@@ -287,7 +288,7 @@ def _accused(
     tail = f"Then: {', '.join(followers)}." if followers else ""
     head = []
     if bad is not None:
-        head = [_end_words(bad) + ("." if explains else "; no component explains it.")]
+        head = [_end_words(bad) + ("." if explains else f"{UNEXPLAINED}.")]
     # in the order in which they are given up
     return _fitted([*head, f"{core}{height}{mode}{what}."], [tail, height, mode, what], tail)
 

@@ -31,7 +31,8 @@ def check_summary(
 ) -> Iterator[RenderableType]:
     """Yield what a terminal shows of a checked set-up; ``all_of_it``: of the safety net."""
     yield text(log.name, "bold")
-    yield text(_summed_up(checks))
+    gaps = safety_net(log)
+    yield text(_summed_up(checks, sum(gap.word == "mistake" for gap in gaps)))
     for check in checks:
         if check.stands_out:
             sure = "" if check.verdict == "wrong" else " (not beyond doubt)"
@@ -48,7 +49,7 @@ def check_summary(
     if steps:
         yield heading("What would decide it")
         yield from (text(f"  - {step}") for step in steps)
-    yield from _net(safety_net(log), all_of_it=all_of_it)
+    yield from _net(gaps, all_of_it=all_of_it)
 
 
 def _net(gaps: Sequence[Gap], *, all_of_it: bool) -> Iterator[RenderableType]:
@@ -64,8 +65,8 @@ def _net(gaps: Sequence[Gap], *, all_of_it: bool) -> Iterator[RenderableType]:
         yield text(f"  and {len(gaps) - len(shown)} more: --verbose", "dim")
 
 
-def _summed_up(checks: Sequence[Check]) -> str:
-    """Return in one sentence or two what was found, and what was not decided."""
+def _summed_up(checks: Sequence[Check], mistakes: int) -> str:
+    """Return in a sentence what was found, what was not decided, and that settings are mistakes."""
     wrong = sum(check.verdict == "wrong" for check in checks)
     striking = sum(check.stands_out for check in checks) - wrong
     fine = sum(check.verdict == "in order" for check in checks)
@@ -75,6 +76,12 @@ def _summed_up(checks: Sequence[Check]) -> str:
         counted += [f"{striking} striking, though not beyond doubt"] if striking else []
         found = f"Of {plural(len(checks), 'check')}: {' and '.join(counted)}, {fine} in order"
     else:
-        found = f"Nothing was found to be set up wrongly: {plural(fine, 'check')} in order"
+        what = (
+            "No check found anything wrong"
+            if mistakes
+            else "Nothing was found to be set up wrongly"
+        )
+        found = f"{what}: {plural(fine, 'check')} in order"
     open_ = f", {len(left)} not decided ({', '.join(left)})" if left else ", all were decided"
-    return f"{found}{open_}."
+    net = f" The safety net has {plural(mistakes, 'mistake')} (below)." if mistakes else ""
+    return f"{found}{open_}.{net}"

@@ -35,6 +35,7 @@ def test_a_healthy_set_up_says_so(run: Run, tmp_path: Path) -> None:
     ended = run("check", path, "--check")
     assert ended.code == 0
     assert "Nothing was found to be set up wrongly: " in ended.out
+    assert "mistake" not in ended.out
 
 
 def test_json_keeps_its_schema_and_is_the_same_every_time(run: Run, flip: Path) -> None:

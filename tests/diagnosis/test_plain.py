@@ -32,7 +32,7 @@ def test_what_the_model_says_stands_behind_the_name_of_the_component():
     words = said("quadcopter")
     motor = words["motor_2_given_more", "motor_2"]
     assert motor == {"Motor 2 is given far more power than its share"}
-    assert "GPS receiver has no position fix" in words["gps_fix_lost", "gps"]
+    assert "GPS receiver gives no position fix" in words["gps_fix_lost", "gps"]
 
 
 def test_a_sensor_against_the_estimator_is_said_from_the_side_of_who_is_accused():

@@ -68,6 +68,13 @@ def test_every_rule_names_a_page_and_says_when_it_applies():
         ({"BATT2_FS_LOW_ACT": 0, "BATT2_MONITOR": 4}, "quad", [("note", "BATT2_FS_LOW_ACT")]),
         ({"BATT_CAPACITY": 0, "BATT_MONITOR": 4}, "quad", [("note", "BATT_CAPACITY")]),
         ({"BATT_CAPACITY": 0, "BATT_MONITOR": 8}, "quad", []),  # the battery tells its charge
+        ({"FLIGHT_OPTIONS": 1}, "quad", [("note", "FLIGHT_OPTIONS")]),
+        ({"FLIGHT_OPTIONS": 2}, "quad", []),  # the yaw imbalance is only warned of anyway
+        ({"FLIGHT_OPTIONS": 1}, "plane", []),  # there it is another option
+        ({"FS_DR_ENABLE": 0}, "quad", [("note", "FS_DR_ENABLE")]),
+        ({"CRASH_DETECT": 0}, "plane", [("note", "CRASH_DETECT")]),
+        ({"ARSPD_USE": 0, "ARSPD_TYPE": 2}, "plane", [("note", "ARSPD_USE")]),
+        ({"ARSPD_USE": 0, "ARSPD_TYPE": 0}, "plane", []),
         ({"FS_LONG_ACTN": 0, "THR_FAILSAFE": 1}, "plane", [("note", "FS_LONG_ACTN")]),
         ({"FS_LONG_ACTN": 0, "THR_FAILSAFE": 1, "FS_SHORT_ACTN": 1}, "plane", []),
         ({"ARMING_REQUIRE": 0}, "plane", [("risk", "ARMING_REQUIRE")]),
@@ -109,6 +116,11 @@ def test_a_setting_counts_for_whom_it_matters(values, vehicle, right):
 )
 def test_what_holds_for_some_versions_is_said_of_those(firmware, right):
     assert told({"FS_EKF_ACTION": 0}, firmware=firmware) == right
+
+
+@pytest.mark.parametrize(("value", "on"), [(0, False), (1, True), (2, False), (3, True)])
+def test_a_watchdog_is_on_by_its_bit(value, on):
+    assert told({"BRD_OPTIONS": value}) == ([] if on else [("note", "BRD_OPTIONS")])
 
 
 @pytest.mark.parametrize(

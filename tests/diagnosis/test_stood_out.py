@@ -45,7 +45,7 @@ def test_what_carries_the_vehicle_is_told_first_and_what_is_in_order_not_at_all(
 def test_a_flight_whose_set_up_is_wrong_is_not_healthy(quiet: Analysis) -> None:
     answer = with_facts(quiet.diagnosis, facts(quiet, WRONG))
     assert answer.outlook == "alarms"
-    assert answer.verdict == f"{QUIET} The heading is off."
+    assert answer.verdict == f"{QUIET} Heading: the heading is off."
 
 
 def test_motors_at_their_limit_stand_in_a_verdict_that_accuses_nobody(quiet: Analysis) -> None:

@@ -64,7 +64,7 @@ def test_words_name_neither_variables_nor_bare_numbers(name):
 
 @pytest.mark.parametrize("name", shipped_models())
 def test_words_begin_with_a_verb_where_a_component_is_concerned(name):
-    """They stand behind its name: "GPS receiver has no position fix"."""
+    """They stand behind its name: "GPS receiver gives no position fix"."""
     for equation in load_airframe(name).equations:
         if equation.says and equation.component not in (None, "vibration"):
             assert re.match(r"(is|[a-z]+s) ", equation.says), equation.says
