@@ -41,7 +41,7 @@ ABS: Final = 4
 CONST: Final = 7
 """Bits of the solution: relative and absolute horizontal position, constant-position mode."""
 _TRIPPED: Final = re.compile(r"EKF variance|EKF Failsafe: |EKF check: |EKF failsafe: ")
-_CLEARED: Final = re.compile(r"EKF Failsafe Cleared")
+_CLEARED: Final = re.compile(r"EKF Failsafe Cleared|EKF (?:check|failsafe) is over")
 
 
 def failsafe_tree(log: Log, core: Core, solution: tuple[Floats, NDArray[np.int64]]) -> Node:
@@ -64,11 +64,10 @@ def failsafe_tree(log: Log, core: Core, solution: tuple[Floats, NDArray[np.int64
     told = [e for e in log.reported if e.kind in ("text", "failsafe")]
     if not told:
         return Node(name, checks.spans, "by the checks below", "any", (checks,), checks.resolution)
-    spans = _told(
-        [e.t for e in told if _TRIPPED.search(e.text)],
-        [e.t for e in told if _CLEARED.search(e.text)],
-        log.span[1],
-    )
+    # who is disarmed has no failsafe any more (ekf_check.cpp)
+    cleared = [e.t for e in told if _CLEARED.search(e.text)]
+    cleared += [e.t for e in log.reported if e.kind == "disarm"]
+    spans = _told([e.t for e in told if _TRIPPED.search(e.text)], cleared, log.span[1])
     return Node(name, spans, "the autopilot's texts and errors", "any", (checks,), CHECK_S)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import Any, Final
@@ -108,7 +108,7 @@ def family_of(log: Log) -> Family:
     ]
     there.sort(key=lambda row: kind is not None and row.get("type") not in (None, kind))
     for row in there:
-        family = _family(row)
+        family = replace(_family(row), name=_name(row, log))
         if any(_read(log[family.status], names) for names in family.ratios.values()):
             return family
     raise LogError(
@@ -116,6 +116,15 @@ def family_of(log: Log) -> Family:
         where=log.name,
         hint="looked for " + ", ".join(row["status"] for row in table("records")["families"]),
     )
+
+
+def _name(row: Mapping[str, Any], log: Log) -> str:
+    """Return the name of the estimator that fills a message, where a parameter chooses it."""
+    for parameter, names in row.get("renamed", {}).items():
+        chosen = names.get(f"{log.parameters.get(parameter, np.nan):g}")
+        if chosen is not None:
+            return str(chosen)
+    return str(row["name"])
 
 
 def _family(row: Mapping[str, Any]) -> Family:

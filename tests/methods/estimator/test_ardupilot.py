@@ -14,7 +14,7 @@ from fdi.methods.estimator.failsafe import checks_node, failsafe_tree
 from fdi.methods.estimator.lanes import lane_tree
 from fdi.methods.estimator.records import Core
 from fdi.methods.estimator.tree import Node, path, walk
-from fdi.telemetry import Log, read
+from fdi.telemetry import Event, Log, read
 
 from .build import px4_log, status
 
@@ -95,6 +95,25 @@ def test_it_can_be_switched_off(tmp_path: Path) -> None:
     tree = failsafe_tree(log, core(velocity=np.full(T.size, 9.0)), (T, np.full(T.size, GOOD)))
     assert tree.spans == ()
     assert tree.because == "switched off: FS_EKF_THRESH is 0"
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("text", "EKF Failsafe Cleared"),
+        ("text", "EKF check is over"),  # of an ERR record
+        ("disarm", ""),
+        (None, ""),
+    ],
+)
+def test_a_failsafe_lasts_until_it_is_cleared_or_the_vehicle_disarmed(
+    log: Log, kind: str | None, text: str
+) -> None:
+    events = [Event(20.0, "failsafe", "EKF check: the estimator's variances are too large")]
+    events += [Event(25.0, kind, text)] if kind else []  # type: ignore[arg-type]
+    told = replace(log, reported=tuple(events), _cache={})
+    tree = failsafe_tree(told, core(), (T, np.full(T.size, GOOD)))
+    assert tree.spans == ((20.0, 25.0 if kind else told.span[1]),)
 
 
 def lanes(log: Log, flown: Core, relative: np.ndarray | None = None) -> list[str]:

@@ -12,7 +12,7 @@ from fdi.methods.estimator.bits import Bit, Bits, layout, release_of
 from fdi.methods.estimator.cores import Change, Selection, whipsaws
 from fdi.methods.estimator.findings import _faults, fallen, growing, standing
 from fdi.methods.estimator.moments import Moment, complaint_of
-from fdi.methods.estimator.records import table
+from fdi.methods.estimator.records import family_of, table
 from fdi.methods.estimator.tree import Node, path, walk
 from fdi.telemetry import read
 
@@ -329,3 +329,16 @@ def test_a_fault_bit_that_is_set_all_through_a_log_is_no_event_of_its_first_seco
     told = [*_faults(Bits((Bit("fault", "bit 0", 1, "EKF4.FS", spans, 0.0),), ()), (20.0, 90.0))]
     assert [one.t for one in told] == ([] if at is None else [at])
     assert all(said in one.text for one in told)
+
+
+@pytest.mark.parametrize(
+    ("group", "name"),
+    [(None, "PX4 EKF2"), (2.0, "PX4 EKF2"), (1.0, "PX4 LPE"), (3.0, "PX4 attitude estimator Q")],
+)
+def test_the_estimator_has_the_name_of_the_one_that_is_chosen(
+    tmp_path: Path, group: float | None, name: str
+) -> None:
+    """All of them publish ``estimator_status``."""
+    chosen = {} if group is None else {"SYS_MC_EST_GROUP": group}
+    log = px4_log(tmp_path / "a.ulg", {"estimator_status": status(T)}, parameters=chosen)
+    assert family_of(log).name == name
