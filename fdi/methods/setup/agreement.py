@@ -28,6 +28,8 @@ MOST: Final = np.radians(60.0)
 """Farther apart ArduPilot does not arm (AP_Compass.h, ``AP_COMPASS_MAX_XY_ANG_DIFF``)."""
 FINE: Final = np.radians(22.5)
 """Half of the 45 degrees that orientations are apart."""
+APART: Final = "apart_deg"
+"""Of the numbers of a check, by what angle two compasses point away from each other."""
 _FEW: Final = 20
 
 
@@ -69,7 +71,7 @@ def _apart(
     verdict = verdict_of(most, fine=FINE, bad=MOST)
     if verdict == "wrong":
         words += ", and ArduPilot arms up to 60: one of both is turned, or far from calibrated"
-    return Check(name, verdict, words, numbers_of("apart_deg", most, float(np.degrees(1))))
+    return Check(name, verdict, words, numbers_of(APART, most, float(np.degrees(1))))
 
 
 def _heading(levelled: Floats, readings: Floats) -> Floats:

@@ -36,6 +36,8 @@ COMPASSES: Final = ("RAW_IMU", "SCALED_IMU2", "SCALED_IMU3")
 FIELDS: Final = ("xmag", "ymag", "zmag")
 MISSES: Final = "miss_as_set_deg"
 """Of the numbers of a compass' check, by what angle its readings miss the Earth's field."""
+TURNED: Final = "turned_deg"
+"""Likewise, by what angle the gyroscopes say that it is turned."""
 ATTITUDE: Final = ("estimator",)
 """Who tells how the readings lie in earth axes: what a check rests on that its error would show."""
 _WELL: Final = np.radians(10.0)
@@ -166,7 +168,7 @@ def _turned(name: str, angle: Interval, told_by: Setting | None) -> Check | None
         f"it is turned by {in_degrees(off)} to the {side} of how it is told to be mounted "
         f"({nearest}), by gyroscopes, gravity and the Earth's field"
     )
-    numbers = numbers_of("turned_deg", angle, float(np.degrees(1)))
+    numbers = numbers_of(TURNED, angle, float(np.degrees(1)))
     needed = next((one for one in sensor_rotations() if one.name == nearest), None)
     why = f"Its readings need a turn of {np.degrees(off.value):.0f} degrees to the {side}"
     settings = () if needed is None else turned_by(needed, told_by, why)
@@ -206,6 +208,10 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting
         now = in_degrees(off)
         why = f"Readings are then {with_best:.0f} degrees off the Earth's field, now {now}"
         settings = turned_by(best.rotation, told_by, why)
+        if off.least > FITS and _about_the_vertical(best.rotation):
+            # an attitude whose heading another compass has turned would show the same
+            text = f"it may be turned: {better}"
+            return Check(name, "not known", text, numbers, settings, True, ATTITUDE)
         if off.least > FITS:
             return Check(name, "wrong", f"it is turned: {better}", numbers, settings)
         return Check(name, "not known", f"it may be turned: {better}", numbers, strikes=True)
@@ -230,6 +236,11 @@ def _reversed() -> tuple[Rotation, ...]:
         Rotation(f"the {axis} axis reversed", np.diag(np.where(np.arange(3) == i, -1.0, 1.0)))
         for i, axis in enumerate("xyz")
     )
+
+
+def _about_the_vertical(rotation: Rotation) -> bool:
+    turn = rotation.matrix
+    return bool(turn[2, 2] > 1 - 1e-6 and np.linalg.det(turn) > 0)
 
 
 def _is_told_apart(one: Rotation, other: Rotation) -> bool:

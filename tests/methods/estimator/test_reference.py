@@ -312,7 +312,7 @@ def test_nothing_is_lost_in_healthy_flights(name: str) -> None:
         ("others/belito_04.BIN", "ArduPilot EKF3", 2),
         ("healthy/mission_1hz.tlog", "ArduPilot EKF", 1),
         (GPS, "PX4 EKF2", 6),
-        ("real/pyulog_sample.ulg", "PX4 EKF2", 1),
+        ("real/pyulog_sample.ulg", "PX4 LPE", 1),
     ],
 )
 def test_every_estimator_is_recognised(name: str, family: str, cores: int) -> None:

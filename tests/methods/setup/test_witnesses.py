@@ -45,3 +45,30 @@ def test_one_that_may_yet_fit_is_not_wrong():
     unsure = Check("compass 3", "not known", "24 degrees off", rests_on=ATTITUDE)
     *_, one = decided((compass(1, 10.0), compass(2, 10.0), unsure))
     assert one == unsure
+
+
+def agreement(number: int, apart: float) -> Check:
+    numbers = {"apart_deg": apart, "apart_deg_most": apart + 1.0}
+    return Check(f"agreement of compass {number}", "in order", "", numbers)
+
+
+TURNED = Check("compass 3", "wrong", "it is turned by 50 degrees", {"turned_deg": 50.0})
+FITS = Check("compass 2", "in order", "4 degrees off", {"miss_as_set_deg": 4.0})
+
+
+@pytest.mark.parametrize(
+    ("apart", "in_order"), [((3.0, 5.0), False), ((3.0, 45.0), True), ((45.0, 3.0), True)]
+)
+def test_a_compass_that_points_as_a_turned_one_does_is_not_in_order(apart, in_order):
+    own, other = apart
+    found = decided((FITS, TURNED, agreement(2, own), agreement(3, other)))[0]
+    assert (found.verdict == "in order") == in_order
+    assert found.strikes == (not in_order)
+    assert ("points as compass 3 does, which is turned" in found.text) == (not in_order)
+
+
+@pytest.mark.parametrize(("verdict", "in_order"), [("wrong", False), ("not known", True)])
+def test_a_compass_that_fits_a_heading_that_is_wrong_is_not_in_order(verdict, in_order):
+    off = Check("heading", verdict, "it accelerates 91 degrees left of where it leans")
+    found = decided((FITS, off))[0]
+    assert (found.verdict == "in order") == in_order
