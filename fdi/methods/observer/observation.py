@@ -231,7 +231,8 @@ def run(
 
 
 def _flight(log: Log, wanted: int | None) -> tuple[int, tuple[float, float]]:
-    flights = log.flights
+    # a vehicle that was only armed is one flight that never flew
+    flights = [flight for flight in log.flights if flight.flew]
     if not flights:
         raise LackingError("shows no flight", where=log.name)
     number = len(flights) - 1 if wanted is None else wanted

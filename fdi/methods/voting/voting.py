@@ -167,7 +167,7 @@ def vote(
     if not logs:
         raise UsageError("no log is given")
     settings = preset(settings) if isinstance(settings, str) else settings
-    _check_times(settings, onset, phase)
+    _check_times(settings, onset, phase, logs[0].span)
     found = [flags_of(log, settings) for log in logs]
     shifts = offsets(logs)
     zero = boot_us(logs[0])
@@ -228,9 +228,14 @@ def _placed(
     )
 
 
-def _check_times(settings: Settings, onset: float | None, phase: float | None) -> None:
-    if onset is not None and not np.isfinite(onset):
-        raise UsageError(f"an onset at {onset} s is no time of the log")
+def _check_times(
+    settings: Settings, onset: float | None, phase: float | None, span: tuple[float, float]
+) -> None:
+    if onset is not None and not span[0] <= onset <= span[1]:
+        raise UsageError(
+            f"an onset at {onset:g} s is no time of the log",
+            hint=f"it lasts from {span[0]:.1f} to {span[1]:.1f} s",
+        )
     if phase is not None and not 0 <= phase < settings.cycle:
         raise UsageError(
             f"a phase of {phase:g} s is none of a cycle of {settings.cycle:g} s",

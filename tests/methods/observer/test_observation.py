@@ -1,5 +1,7 @@
 """A flight as a whole: weak motors by name, nothing on healthy ones, what cannot be observed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flights import shared
@@ -80,6 +82,14 @@ def test_one_record_a_second_is_refused(tmp_path):
 def test_there_is_no_such_flight(healthy):
     with pytest.raises(UsageError, match="has no flight 8"):
         observed(healthy, flight=7)
+
+
+def test_a_vehicle_that_was_only_armed_did_not_fly(healthy):
+    log = read(healthy)
+    armed = tuple(replace(one, flew=False) for one in log.flights)
+    held = replace(log, _cache={**log._cache, "flights": armed})
+    with pytest.raises(LogError, match="shows no flight"):
+        observe(held)
 
 
 COPTER = "sitl/copter/"

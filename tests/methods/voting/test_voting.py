@@ -166,7 +166,7 @@ def test_impossible_settings_are_refused(wrong):
 
 def test_impossible_arguments_are_refused(load):
     log = load(1)
-    for wrong in ({"onset": float("nan")}, {"phase": 1.0}, {"phase": float("nan")}):
+    for wrong in ({"onset": float("nan")}, {"onset": 1e4}, {"phase": 1.0}, {"phase": float("nan")}):
         with pytest.raises(UsageError):
             fdi.vote(log, **wrong)
     with pytest.raises(UsageError, match="no preset"):
