@@ -167,7 +167,7 @@ def not_testable(
         if name == "outside_model" or (not columns and ran[concerned.get(name, [])].any()):
             continue
         if not columns and name not in concerned:
-            text = "no channel in this log shows it"
+            text = "no test of it reads a channel of this log"
         elif columns and not seen:
             names = ", ".join(system.faults[c].name for c in columns[:4])
             text = f"its channels are in no test that this telemetry allows ({names})"

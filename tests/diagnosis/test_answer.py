@@ -164,7 +164,7 @@ def test_log_without_samples_rules_nothing_out_and_fails_nowhere():
 def test_component_without_a_channel_is_told_so():
     bank = bank_of(model(SHOWN, {"compass": []}))
     (item,) = answer({}, bank=bank).not_testable
-    assert (item.component, item.text) == ("compass", "no channel in this log shows it")
+    assert (item.component, item.text) == ("compass", "no test of it reads a channel of this log")
 
 
 def test_component_whose_channels_are_in_no_test_is_told_so():

@@ -222,7 +222,7 @@ def by_hand() -> dict[str, Any]:
             ),
         ),
         "open": (Open("battery", "its tests do not say how small a fault they would show"),),
-        "not_testable": (NotTestable("compass", "no channel in this log shows it"),),
+        "not_testable": (NotTestable("compass", "no test of it reads a channel of this log"),),
     }
 
 

@@ -115,7 +115,7 @@ def test_the_page_tells_everything_the_analysis_knows(analysis: Analysis) -> Non
         "a lasting change of 1 hPa would have shown",
         "its tests do not say how small a fault they would show",
         "GPS receiver shows another height",
-        "no channel in this log shows it",
+        "no test of it reads a channel of this log",
         "17 bytes belong to no record",
         "this log has no field climb",
         "fdi analyze flight.tlog",

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fdi.telemetry.events import Event
 from fdi.telemetry.formats.bounds import SINGLE
 from fdi.telemetry.message import Message
 from fdi.telemetry.quality import QualityRecord
@@ -21,8 +22,18 @@ _GAP_PERIODS: Final = 3.0
 _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
 
 
-def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
-    """Yield the times in which most of the regular messages are missing together."""
+_ARMING_S: Final = 3.0
+"""Between arming and the first records then, or the last ones and disarming."""
+
+
+def gap_records(
+    messages: Mapping[str, Message], events: Sequence[Event] = ()
+) -> Iterator[QualityRecord]:
+    """Yield the times in which most of the regular messages are missing together.
+
+    But those from disarming to arming, by ``events``: recorders on board rest then if they are so
+    set, and nothing is lost.
+    """
     gaps: list[tuple[float, float]] = []
     regular: list[tuple[float, float]] = []
     for message in messages.values():
@@ -50,6 +61,7 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         )
     )
     spans = [(float(edges[a]), float(edges[b])) for a, b in found]
+    spans = [span for span in spans if not _rests(*span, events)]
     if len(spans) > SINGLE:
         total = sum(b - a for a, b in spans)
         text = f"telemetry gap: {len(spans)} times, {total:.1f} s in all"
@@ -57,6 +69,15 @@ def gap_records(messages: Mapping[str, Message]) -> Iterator[QualityRecord]:
         return
     for start, end in spans:
         yield QualityRecord("gap", None, start, end, 1, f"telemetry gap of {end - start:.1f} s")
+
+
+def _rests(start: float, end: float, events: Sequence[Event]) -> bool:
+    """Return whether a vehicle is disarmed all that time, and armed at its end."""
+    arming = sorted((e.t, e.kind) for e in events if e.kind in ("arm", "disarm"))
+    before = [kind for t, kind in arming if t <= start + _ARMING_S and t < end - _ARMING_S]
+    after = [(t, kind) for t, kind in arming if t > start + _ARMING_S]
+    is_disarmed = bool(before) and before[-1] == "disarm"
+    return is_disarmed and bool(after) and after[0][1] == "arm" and after[0][0] > end - _ARMING_S
 
 
 def _under_way(spans: Sequence[tuple[float, float]], t: NDArray[np.float64]) -> NDArray[np.intp]:

@@ -108,7 +108,7 @@ def make_log(
     quality = [*(_told(f, track) for f in findings), *track.quality]
     quality += told_too_much(tables, beyond)
     if track.has_pause:
-        quality += gap_records(own)
+        quality += gap_records(own, events)
     number = int(values.get("SYSID_THISMAV", values.get("MAV_SYSID", 1)))
     count = sum(table.start.size for table in tables)
     return Log(

@@ -128,7 +128,7 @@ def read_ulog(path: Path, data: Bytes, *, system: int | None = None) -> Log:
         *left_out_records(records),
         *known.quality,
         *time_records(list(zip(stamped, times, strict=True))),
-        *(gap_records(own) if known.has_pause else ()),
+        *(gap_records(own, events) if known.has_pause else ()),
     ]
     number = system_of(own, values)
     count = sum(rows.at.size for rows in records.rows)
