@@ -23,6 +23,14 @@ from fdi.windows import runs_of
 NAME: Final = "battery"
 _VOLTS: Final = ("BATT_CRT_VOLT", "FS_BATT_VOLTAGE", "BATT_LOW_VOLT", "LOW_VOLT")
 _SHARES: Final = ("BAT_CRIT_THR", "BAT_LOW_THR")
+_ACTIONS: Final = {
+    "BATT_CRT_VOLT": "BATT_FS_CRT_ACT",
+    "BATT_LOW_VOLT": "BATT_FS_LOW_ACT",
+    "FS_BATT_VOLTAGE": "FS_BATT_ENABLE",
+    "BAT_CRIT_THR": "COM_LOW_BAT_ACT",
+    "BAT_LOW_THR": "COM_LOW_BAT_ACT",
+}
+"""What an autopilot then does; 0 is nothing."""
 _TIMER_S: Final = 10.0
 """BATT_LOW_TIMER, by default."""
 
@@ -79,6 +87,9 @@ def _below(log: Log, limit: _Limit, flights: tuple[Stretch, ...]) -> Check | Non
                 f"for {for_s:.0f} s from {t[start]:.0f} s of the log on{ends} it is below what the "
                 f"autopilot calls low ({own}), and at {scale * last:.{digits}f} {unit} at the end"
             )
+            action = _ACTIONS.get(limit.parameter, "")
+            if log.parameters.get(action) == 0:
+                text += f"; no action is set for it ({action} is 0)"
             return Check(NAME, "not known", text, {**numbers, "below_s": for_s}, strikes=True)
     text = f"it never stays below what the autopilot calls low ({own})"
     return Check(NAME, "in order", text, numbers)
