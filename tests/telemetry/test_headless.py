@@ -45,3 +45,36 @@ def test_the_vehicle_is_known_without_its_greeting(tmp_path, parameters, field, 
     path = tmp_path / "headless.log"
     path.write_text("\n".join(_lines(parameters, field, outputs)))
     assert read(path).vehicle == vehicle
+
+
+def _in_the_air(outputs, height):
+    """Yield a log without parameters that begins in the air; of each output how often it moves."""
+    yield "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns"
+    yield "FMT, 4, 24, CTUN, Qfff, TimeUS,ThI,ABst,Alt"
+    yield f"FMT, 5, 30, RCOU, QHHHHHHHH, TimeUS,{','.join(f'C{i + 1}' for i in range(8))}"
+    for i in range(60):
+        at = 1000000 + 100000 * i
+        yield f"CTUN, {at}, 0.5, 0, {height}"
+        given = [1500 + i % 2 if i % every == 0 else 1500 for every in outputs]
+        yield f"RCOU, {at}, " + ", ".join(map(str, given + [0] * (8 - len(given))))
+
+
+@pytest.mark.parametrize(
+    ("outputs", "height", "vehicle"),
+    [
+        ([1] * 4, 12.0, "quad"),
+        ([1] * 6, 12.0, "hexa"),
+        ([1] * 8, 12.0, "octa"),
+        ([1, 1, 60, 1], 12.0, "quad"),  # one has failed
+        ([1] * 4 + [5, 7], 12.0, "quad"),  # and a gimbal
+        ([1] * 6, -3.0, "other"),  # a submarine
+        ([1] * 5, 12.0, "other"),
+        ([1, 60, 60, 1], 12.0, "other"),
+    ],
+)
+def test_a_copter_that_flies_from_the_first_record_on_is_known_by_its_outputs(
+    tmp_path, outputs, height, vehicle
+):
+    path = tmp_path / "late.log"
+    path.write_text("\n".join(_in_the_air(outputs, height)))
+    assert read(path).vehicle == vehicle

@@ -165,7 +165,7 @@ def _course(ride: Ride) -> Source:
     turning = np.abs(angle_rates(*_tilt(ride), ride.rates)[2]) > TURNS
     bad = turning | (of_speed > SURE) | gap_between(fixes.t, t, t)
     fastest = float(np.hypot(fixes.north, fixes.east).max())
-    why = f"at {fastest:.1f} m/s at most the course tells no heading"
+    why = f"it is nowhere so fast and straight that its course tells it ({fastest:.1f} m/s at most)"
     return _source(ride, name, np.where(bad, np.nan, heading), sigma, why)
 
 

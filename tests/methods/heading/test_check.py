@@ -211,4 +211,6 @@ def test_a_course_at_walking_speed_is_absent(healthy: Log) -> None:
         cog=lambda t, own: np.zeros(t.size),
     )
     course = cross_check(slow).sources["course"]
-    assert course.absent == "at 0.5 m/s at most the course tells no heading"
+    assert course.absent == (
+        "it is nowhere so fast and straight that its course tells it (0.5 m/s at most)"
+    )

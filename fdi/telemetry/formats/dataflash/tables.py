@@ -30,6 +30,7 @@ _WHOLE: Final = "iu"  # kinds of dtype
 _KINDS: Final = {
     **dict.fromkeys(("Label", "UnitIds", "MultIds", "Name", "Columns"), "S"),
     **dict.fromkeys(("Mult", "P1", "P2"), "f"),
+    "Alt": "if",  # whole centimetres in old firmware
     "Mode": "iuS",  # text logs have names
 }
 _BINARY: Final = ("FILE", "Data")  # the text field that holds no text
