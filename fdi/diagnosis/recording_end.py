@@ -84,9 +84,9 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
 
 
 def _short(report: Event) -> str:
-    """Return the beginning of what an autopilot says of a program that stopped."""
-    text = " ".join(report.text.split()[:MOST_WORDS])
-    return f'"{text}"' if text == report.text else f'"{text} ..."'
+    """Return the first words that an autopilot says of a program that stopped."""
+    words = " ".join(report.text.split()[:MOST_WORDS])
+    return f'"{words.rstrip(":")}"'
 
 
 def _reported(report: Event | None) -> tuple[str, ...]:

@@ -157,13 +157,14 @@ def _led_by(verdict: str, fact: Fact) -> str:
     """Return a verdict with a fact behind its first sentence, and what then has room.
 
     In its place where it says the same; before it, without its numbers, where both have no room.
-    Of a fact that has none its first clauses are told.
+    Of what carries the vehicle the first clauses are told where all have none.
     """
     first, *rest = _SENTENCE.split(verdict)
     if fact.is_wrong and fact.about in CARRIES:  # what it was built like may well explain it
         first = first.replace(UNEXPLAINED, "")
     clauses = f"{fact.text[:1].upper()}{fact.text[1:]}".split("; ")
-    for count in range(len(clauses), 0, -1):
+    least = 0 if fact.about in CARRIES else len(clauses) - 1
+    for count in range(len(clauses), least, -1):
         said = f"{'; '.join(clauses[:count])}."
         again = said.startswith(first.split(" at ")[0].split(" (")[0])
         text = said if again else f"{first} {said}"

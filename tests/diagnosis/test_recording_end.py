@@ -50,9 +50,7 @@ def test_without_voltages_nothing_is_known_of_power():
 def test_a_program_that_stopped_is_the_reason_and_leads():
     crash = Event(59.5, "failsafe", "the autopilot's processor crashed: hard fault in task nav")
     (fact,) = recording_end(log(events=[crash], battery=np.full(T.size, 15.2)))
-    assert (
-        "the autopilot's program stopped (\"the autopilot's processor crashed: ...\")" in fact.text
-    )
+    assert "the autopilot's program stopped (\"the autopilot's processor crashed\")" in fact.text
     assert fact.leads
     assert fact.about == "autopilot_computer"
     assert any("hard fault in task nav" in one for one in fact.records)
@@ -90,7 +88,7 @@ def test_who_flies_just_after_its_boot_started_anew_in_the_air(since, flight, sa
 def test_the_report_of_a_watchdog_tells_why_it_started_anew():
     said = "WDG: T-3 SL0 FL0 FT3 FA200004BC"
     (fact,) = recording_end(anew(3.0, events=[Event(0.5, "text", said)]))
-    assert 'its program had stopped ("WDG: T-3 SL0 FL0 ...")' in fact.text
+    assert 'its program had stopped ("WDG: T-3 SL0 FL0")' in fact.text
     assert any(said in one for one in fact.records)
 
 
