@@ -281,7 +281,7 @@ def _accused(
         when = f", {when}"
     said = claim.subject(components)
     if bad is not None and not explains:
-        said = f"Before that, {inside(said)}"
+        said = f"{'Before' if first.onset <= bad.at else 'After'} that, {inside(said)}"
     core = f"{said} {claim.verb(order)} ({claim.odds(components)}){when}"
     what = f": {_what(first, alarms)}" if len(claim.names) == 1 else _seen(first, alarms)
     followers = _followers(first, consequences, findings, alarms)

@@ -276,3 +276,8 @@ def test_a_crash_leads_also_where_who_is_accused_failed_in_another_flight_or_hea
     for found in (answer(raised, ends=ends, flights=two), answer(raised, peak=20.0)):
         assert found.verdict.startswith("Hit the ground at 12.9 m/s (log 90.0 s); no component ")
         assert "Before that, gps probably failed first (" in found.verdict
+    crash = (FlightEnd(0, "impact", 44.0, 12.9), FlightEnd(1, "landed", 90.0))
+    again = {place: [(60, 80)] for place in GPS}
+    found = answer(again, ends=crash, flights=two)
+    assert found.verdict.startswith("Hit the ground at 12.9 m/s (log 44.0 s); no component ")
+    assert "After that, gps" in found.verdict
