@@ -11,16 +11,20 @@ FLIGHT = EXAMPLES / "copter_motor_failure_crash.tlog"
 NAME = "ATC_RAT_RLL_P"
 
 
-def frame(message, system):
-    return bytes(message.pack(mav.MAVLink(None, system, 1)))
+COMPANION = (1, 191)
+"""A computer on board is a component of the vehicle's own system."""
+
+
+def frame(message, system, component=1):
+    return bytes(message.pack(mav.MAVLink(None, system, component)))
 
 
 def told(name, value):
     return frame(mav.MAVLink_param_value_message(name.encode(), value, 9, 1200, 65535), 1)
 
 
-def asked(name, value):
-    return frame(mav.MAVLink_param_set_message(1, 1, name.encode(), value, 9), GROUND)
+def asked(name, value, sender=(GROUND, 1)):
+    return frame(mav.MAVLink_param_set_message(1, 1, name.encode(), value, 9), *sender)
 
 
 @pytest.fixture
@@ -64,8 +68,9 @@ def test_it_is_not_accused_and_changes_nobodys_part(answer):
     assert changed.verdict == plain.verdict
 
 
-def test_who_asked_for_it_is_told(answer):
-    found = answer(before(), (39.9, asked(NAME, 1.5)), (40.0, told(NAME, 1.5)))
+@pytest.mark.parametrize("sender", [(GROUND, 1), COMPANION])
+def test_who_asked_for_it_is_told(answer, sender):
+    found = answer(before(), (39.9, asked(NAME, 1.5, sender)), (40.0, told(NAME, 1.5)))
     (change,) = found.document()["parameter_changes"]
     assert change["by"] == "the ground station or a companion"
     assert (change["name"], change["old"], change["new"]) == (

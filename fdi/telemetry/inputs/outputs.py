@@ -100,7 +100,7 @@ def _idle(shares: Floats, on: Mask) -> Mask:
 def _judge(message: Message, shares: Floats, moving: Mask) -> Judged:
     name, fields = _NAME, message.fields
     if moving.sum() < LEAST:
-        return judged(name, message, fields, None, "the vehicle is not seen to move under power")
+        return judged(name, message, fields, None, "the vehicle is not seen to turn under power")
     second = _second_publisher(shares, moving)
     own = ~second
     half = first_half(moving & own)

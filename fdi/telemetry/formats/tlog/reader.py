@@ -91,12 +91,15 @@ def is_tlog(data: NDArray[np.uint8]) -> bool:
 
 
 def _of_others(
-    groups: Groups, created: Mapping[Key, Floats], system: int
+    groups: Groups, created: Mapping[Key, Floats], sender: tuple[int, int]
 ) -> dict[int, list[tuple[Payloads, Floats]]]:
-    """Return what other systems sent by message number, with the times."""
+    """Return what others than the autopilot sent by message number, with the times.
+
+    A companion computer is another component of the same system.
+    """
     found: dict[int, list[tuple[Payloads, Floats]]] = {}
     for key, sent in groups.payloads.items():
-        if key[0] != system:
+        if key[:2] != sender:
             found.setdefault(key[2], []).append((sent, created[key]))
     return found
 
@@ -142,7 +145,7 @@ def read_tlog(path: Path, data: NDArray[np.uint8], *, system: int | None = None)
     messages, up = vertical_speed_down(messages)
     messages, upwind = wind_from(messages, clock.utc(0.0))
     events = log_events(own, line, vehicle.autopilot, vehicle.vehicle) + named
-    events = with_orders(events, _of_others(groups, created, vehicle.system), vehicle.system)
+    events = with_orders(events, _of_others(groups, created, vehicle.sender), vehicle.system)
     named_firmware = firmware(own, events, mavlink_firmware(vehicle.autopilot, vehicle.vehicle))
     events = with_mavlink_severities(events, vehicle.autopilot, named_firmware, clock.utc(0.0))
     texts = (event.text for event in events if event.kind == "text")
