@@ -86,7 +86,7 @@ def would_test(
     system = system or airframe.observe(log)
     shown = _tested(system)
     left_out = {str(copy.channel) for copy in system.copies} | set(system.implied)
-    absent = [m for m in _absent(airframe, log) if recorded_as(m.channel.source, log)]
+    absent = [m for m in _absent(airframe, log) if _could_be(m.channel.source, log)]
 
     @cache
     def held(sources: frozenset[str]) -> System:
@@ -129,6 +129,14 @@ def _chosen(
         without = [other for other in wanted if other != source]
         wanted = without if component in tested(frozenset(without)) else wanted
     return wanted
+
+
+def _could_be(source: str, log: Log) -> bool:
+    """Return whether a log of this vehicle could hold a message: its sensor may be on board."""
+    told = data_table("logging")["sensors"].get(recorded_message(source), ())
+    values = [log.parameters[name] for name in told if name in log.parameters]
+    is_fitted = log.autopilot != "ardupilot" or not values or any(value > 0 for value in values)
+    return is_fitted and bool(recorded_as(source, log))
 
 
 def recorded_as(source: str, log: Log) -> str:

@@ -36,6 +36,23 @@ def test_a_missing_message_of_the_component_itself_would_test_it(flight):
     assert words == "GPS_RAW_INT at 2 Hz or more would test it (SRn_EXT_STAT)"
 
 
+@pytest.mark.parametrize(
+    ("types", "asked"),
+    [
+        ({}, True),  # nobody knows
+        ({"RNGFND1_TYPE": 1.0}, True),
+        ({"RNGFND1_TYPE": 0.0, "RNGFND2_TYPE": 4.0}, True),
+        ({"RNGFND1_TYPE": 0.0, "RNGFND2_TYPE": 0.0}, False),
+        ({"RNGFND_TYPE": 0.0}, False),
+    ],
+)
+def test_a_sensor_that_is_not_on_board_is_not_asked_for(flight, types, asked):
+    others = {k: v for k, v in flight.parameters.items() if not k.startswith("RNGFND")}
+    log = replace(without(flight, "DISTANCE_SENSOR"), parameters=others | types)
+    hint = hint_of("rangefinder", load_airframe("quadcopter"), log)
+    assert (hint is not None) == asked
+
+
 def test_of_several_missing_messages_all_are_named_that_are_needed(flight):
     """Outputs bring the motors; nothing else that is missing is asked for."""
     log = without(flight, "SERVO_OUTPUT_RAW", "MOTORS", "VIBRATION", "WIND")
