@@ -5,8 +5,9 @@ In: a log. Out: `Observation`. One flight is looked at, by default the last one 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,15 @@ from fdi.methods.observer.limits import Alarm, Limits, alarms_of, learn
 from fdi.methods.observer.motor import WeakMotor, weak_motors
 from fdi.methods.observer.observer import Observer, ObserverState, Record, begin, design, step
 from fdi.methods.observer.records import FROM, LATE_S, LackingError, Rows, rows_of
-from fdi.methods.observer.states import RESIDUALS
+from fdi.methods.observer.states import RESIDUALS, STATES
 from fdi.methods.observer.vehicle import REFERENCE_QUADROTOR, Vehicle
 from fdi.telemetry import Log
 from fdi.telemetry.airtime import in_air
 from fdi.telemetry.events import SETTLING_S
 from fdi.telemetry.message import Floats
+
+LEAST_UPRIGHT: Final = 0.5
+"""Cosine of 60 degrees, where a hover's thrust carries half of the weight."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,7 +201,7 @@ def begin_flight(
         air,
         calm,
         is_calm,
-        tuple(_notes(axes, is_own=is_own, is_calm=is_calm)),
+        (*_notes(axes, is_own=is_own, is_calm=is_calm), *_beyond(rows)),
     )
 
 
@@ -239,6 +243,17 @@ def _flight(log: Log, wanted: int | None) -> tuple[int, tuple[float, float]]:
     if not 0 <= number < len(flights):
         raise UsageError(f"{log.name} has no flight {number + 1}", hint=f"it has {len(flights)}")
     return number, in_air(flights[number])
+
+
+def _beyond(rows: Rows) -> Iterator[str]:
+    """Yield that it leans where a model that is linear about a hover says nothing."""
+    upright = np.cos(rows.y[STATES.index("phi")]) * np.cos(rows.y[STATES.index("theta")])
+    leans = np.flatnonzero(upright < LEAST_UPRIGHT)
+    if leans.size:
+        yield (
+            f"from log {rows.t[leans[0]]:.1f} s on it leans by more than 60 degrees at times: the "
+            "model is linear about a hover, and what it bounds there says nothing of health"
+        )
 
 
 def _notes(axes: Sequence[str], *, is_own: bool, is_calm: bool) -> list[str]:

@@ -79,6 +79,19 @@ def test_one_record_a_second_is_refused(tmp_path):
         observed(write(tmp_path / "slow.tlog", rate=1.0))
 
 
+def test_that_a_vehicle_turned_over_is_told_where_a_linear_model_bounds_nothing(healthy):
+    log = read(healthy)
+    attitude = log["ATTITUDE"]
+    lying = attitude.raw("roll").copy()
+    lying[int(0.5 * lying.size) : int(0.6 * lying.size)] = 1.3
+    columns = {**attitude.columns, "roll": attitude.columns["roll"]._replace(load=lambda: lying)}
+    told = replace(attitude, columns=columns, _cache={})
+    over = replace(log, messages={**log.messages, "ATTITUDE": told})
+    said = "it leans by more than 60 degrees"
+    assert any(said in note for note in observe(over).notes)
+    assert not any(said in note for note in observe(log).notes)
+
+
 def test_there_is_no_such_flight(healthy):
     with pytest.raises(UsageError, match="has no flight 8"):
         observed(healthy, flight=7)
