@@ -43,6 +43,10 @@ _SIGMAS: Final = 1.4826  # a deviation over the median of sizes, of Gaussian noi
 _SPEEDS: Final = (("VFR_HUD", "groundspeed", 1.0), ("GPS_RAW_INT", "vel", 1.0))
 _AIRSPEEDS: Final = (("VFR_HUD", "airspeed", 1.0),)
 _THROTTLES: Final = (("VFR_HUD", "throttle", 1.0),)
+_HOVERS: Final = (("CTUN", "ThH", 1.0), ("hover_thrust_estimate", "hover_thrust", 1.0))
+_UNLEARNED: Final = (0.35, 0.5)
+"""Defaults of MOT_THST_HOVER, and of THR_MID and MPC_THR_HOVER, until a flight teaches better."""
+_NEAR: Final = 0.005
 _PRESSURES: Final = (("SCALED_PRESSURE", "press_abs", 1.0),)
 _BAROMETRIC: Final = (("CTUN", "BarAlt", 1.0), ("CTUN", "BAlt", 1.0))  # where no pressure is
 _VACUUM: Final = 1e4  # Pa: no barometer reads so little below 16 km
@@ -61,6 +65,7 @@ class Motion:
     turns: Floats  # rad/s
     upright: Floats  # cosine of the tilt, -1 upside down
     throttle: Floats
+    hover: Floats  # the throttle of a hover, as the autopilot has learned it
     landed_state: Floats  # as the autopilot believes
     force: Floats  # the largest specific force within half a record, m/s^2
     pressed: Floats  # height by air pressure, above its first record, m
@@ -97,11 +102,14 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     is_dense = bool(periods) and min(periods) <= DENSE_S
     ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
     throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
+    hover = at_height(_HOVERS)
+    for default in _UNLEARNED:
+        hover[np.abs(hover - default) < _NEAR] = np.nan
     turns, upright = turning(messages, t), _upright(messages, t)
     pressed = _steady(_at(t, *heights_by_pressure(messages)))
     return Motion(
-        t, height, climb, ground_speed, airspeed, turns, upright, throttle, state, force, pressed,
-        is_dense,
+        t, height, climb, ground_speed, airspeed, turns, upright, throttle, hover, state, force,
+        pressed, is_dense,
     )  # fmt: skip
 
 

@@ -71,6 +71,7 @@ IDLE: Final = 0.1
 """Of full throttle: below any hover. Rotors that idle, or that lie on their back without turning,
 carry nothing, whatever two other sources say: what falls is met by the search for its impact."""
 _HOVERS: Final = ((0.4, 0.7), (-MOST, 0.75 * MOST))  # by the throttle over that of a hover
+_LIFTS: Final = ((0.7, 0.9), _HOVERS[1])  # likewise where that is learned: the share of the weight
 STANDS: Final = 0.1
 """Of its usual speed; wings that go slower, over ground and through the air, up and down, stand: in
 the air only a wind within a tenth of their own speed would hold them there. With half or twice as
@@ -142,7 +143,7 @@ def find_phases(motion: Motion, armed: Mask, *, wings: Wings) -> Phases:
     others = _others(motion, armed, wings=wings)
     ground = _ground(height, others + climb < -SURE)
     if wings == "none":
-        others += _of_throttle(motion.throttle, height - ground)
+        others += _of_throttle(motion, height - ground)
     # height and climb rate are one estimate, which falls on after a crash
     vertical = _limited(_of_height(height, ground) + climb)
     sure = _probability((others + vertical) * steps, armed)
@@ -245,16 +246,23 @@ def _of_wings(motion: Motion) -> Floats:
         return _limited(told, 2 * MOST)
 
 
-def _of_throttle(throttle: Floats, above: Floats) -> Floats:
-    """Return what a throttle that does not idle says, by that of the rows well above ground."""
+def _of_throttle(motion: Motion, above: Floats) -> Floats:
+    """Return what a throttle that does not idle says, by that of the rows well above ground.
+
+    Without such a row by the hover that the autopilot has learned; without that nobody knows what a
+    hover takes, and half is believed of either.
+    """
+    throttle = motion.throttle
     with np.errstate(invalid="ignore"):
         on = throttle > IDLE
         if not on.any():
             return np.zeros(throttle.size)
         high = on & (above > HIGH_M)
         told = np.interp(throttle / np.median(throttle[high if high.any() else on]), *_HOVERS)
-        # without a row that surely flies nobody knows what a hover takes
-        return np.where(on, told if high.any() else told / 2, 0.0)
+        if high.any():
+            return np.where(on, told, 0.0)
+        lifts = np.interp(throttle / motion.hover, *_LIFTS)
+        return np.where(on, np.where(np.isfinite(motion.hover), lifts, told) / 2, 0.0)
 
 
 def _of_height(height: Floats, ground: Floats) -> Floats:

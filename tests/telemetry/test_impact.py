@@ -28,6 +28,7 @@ def spinning(turns: float, ends: bool = True) -> Motion:
         turns=rate,
         upright=np.full(T.size, 0.9),
         throttle=np.where(falls, 0.3, 0.0),
+        hover=unknown,
         landed_state=unknown,
         force=np.where(falls, wobble, 9.8) + 150.0 * (np.abs(T - GROUND_S) < 0.05),
         pressed=unknown,

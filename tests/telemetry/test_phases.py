@@ -31,6 +31,7 @@ def motion(**changes):
         "turns": np.where(FLIES, 0.1, 0.005),
         "upright": np.ones(T.size),
         "throttle": np.where(FLIES, 0.4, 0.0),
+        "hover": np.full(T.size, np.nan),
         "landed_state": np.full(T.size, np.nan),
         "force": np.full(T.size, 9.81),
         "pressed": np.full(T.size, np.nan),
@@ -80,6 +81,14 @@ def test_a_hover_at_half_a_metre_flies():
     ((up, down),) = airborne(motion(height=height, climb=np.gradient(height, T)))
     assert up == pytest.approx(UP, abs=2.0)
     assert down == pytest.approx(DOWN, abs=2.0)
+
+
+@pytest.mark.parametrize(("hover", "flies"), [(0.35, False), (0.2, True), (np.nan, True)])
+def test_who_swings_on_its_legs_below_the_learned_hover_does_not_fly(hover, flies):
+    """Without a row above the ground the throttle alone is about its own median."""
+    swings = {"height": 0 * T, "climb": 0 * T, "turns": np.where(FLIES, 0.4, 0.005)}
+    made = motion(**swings, throttle=np.where(FLIES, 0.2, 0.0), hover=np.full(T.size, hover))
+    assert bool(airborne(made)) == flies
 
 
 def test_armed_with_idle_motors_is_no_flight_though_the_barometer_drifts():
