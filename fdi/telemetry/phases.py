@@ -70,6 +70,8 @@ HIGH_M: Final = 3 * LEVEL_M
 IDLE: Final = 0.1
 """Of full throttle: below any hover. Rotors that idle, or that lie on their back without turning,
 carry nothing, whatever two other sources say: what falls is met by the search for its impact."""
+FULL: Final = 0.95
+"""Of full throttle: beyond it nobody hovers; one whose motor failed gives it for the most."""
 _HOVERS: Final = ((0.4, 0.7), (-MOST, 0.75 * MOST))  # by the throttle over that of a hover
 _LIFTS: Final = ((0.7, 0.9), _HOVERS[1])  # likewise where that is learned: the share of the weight
 STANDS: Final = 0.1
@@ -258,7 +260,10 @@ def _of_throttle(motion: Motion, above: Floats) -> Floats:
         if not on.any():
             return np.zeros(throttle.size)
         high = on & (above > HIGH_M)
-        told = np.interp(throttle / np.median(throttle[high if high.any() else on]), *_HOVERS)
+        usual = high if high.any() else on
+        part = usual & (throttle < FULL)
+        hover = np.median(throttle[part if part.any() else usual])
+        told = np.interp(throttle / hover, *_HOVERS)
         if high.any():
             return np.where(on, told, 0.0)
         lifts = np.interp(throttle / motion.hover, *_LIFTS)

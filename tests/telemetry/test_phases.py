@@ -91,6 +91,14 @@ def test_who_swings_on_its_legs_below_the_learned_hover_does_not_fly(hover, flie
     assert bool(airborne(made)) == flies
 
 
+def test_who_gives_full_throttle_for_the_most_hovered_before():
+    """A motor has failed: what it gave until then was no idling on the ground."""
+    made = motion(height=20.0 + 0 * T, climb=0 * T, throttle=np.where(T < 10.0, 0.34, 1.0))
+    made = replace(made, speed=0.4 + 0 * T, turns=0.02 + 0 * T)
+    ((up, down),) = airborne(made)
+    assert (up, down) == pytest.approx((0.0, T[-1]), abs=0.2)
+
+
 def test_armed_with_idle_motors_is_no_flight_though_the_barometer_drifts():
     drift = 0.05 * T
     assert (
