@@ -271,7 +271,8 @@ def _rejected(ratios: Sequence[Ratio]) -> Iterator[Finding]:
         if ratio.rejected:
             low, high = ratio.rejected[0]
             times = len(ratio.rejected)
-            more = f", {times} times in all" if times > 1 else ""
+            whole = sum(end - start for start, end in ratio.rejected)
+            more = f", {times} times in all, {whole:.1f} s together" if times > 1 else ""
             text = f"{ratio.quantity} is rejected: its ratio is above 1 for {high - low:.1f} s"
             yield Finding("rejected", low, high, text + more, ratio.channel)
 

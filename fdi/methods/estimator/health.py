@@ -223,6 +223,11 @@ def _first_top(trees: Sequence[Node]) -> Moment | None:
     return min(found, key=lambda one: one.t, default=None)
 
 
+_CHOICES: Final = ("AHRS_EKF_TYPE", "AHRS_EKF_USE")
+"""ArduPilot's parameters of which 0 leaves the attitude to the direction cosines; the latter until
+Copter 3.3."""
+
+
 def _notes(
     log: Log,
     cores: Sequence[Core],
@@ -235,6 +240,9 @@ def _notes(
     notes = []
     if flight is None:
         notes.append("the log shows no flight: levels are those of its first 20 s")
+    unused = next((name for name in _CHOICES if log.parameters.get(name) == 0), None)
+    if unused is not None and log.autopilot == "ardupilot":
+        notes.append(f"the vehicle does not fly on this estimator but on its DCM: {unused} is 0")
     if len(cores) == 1:
         alone = not selection.source and cores[0].source not in TELEMETRY
         what = "one core only is" if alone else "only the core that flew is"

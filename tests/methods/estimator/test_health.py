@@ -1,5 +1,6 @@
 """The value of the whole on small logs: bits by firmware, cores, findings, and what is lacking."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -342,3 +343,16 @@ def test_the_estimator_has_the_name_of_the_one_that_is_chosen(
     chosen = {} if group is None else {"SYS_MC_EST_GROUP": group}
     log = px4_log(tmp_path / "a.ulg", {"estimator_status": status(T)}, parameters=chosen)
     assert family_of(log).name == name
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [({}, False), ({"AHRS_EKF_USE": 1.0}, False), ({"AHRS_EKF_USE": 0.0}, True)],
+)
+def test_an_estimator_that_the_vehicle_does_not_fly_on_is_told(
+    parameters: dict[str, float], said: bool
+) -> None:
+    log = read(ROOT / "examples" / "crash_logs" / "copter_motor_failure_crash.tlog")
+    others = {k: v for k, v in log.parameters.items() if not k.startswith("AHRS_EKF")}
+    notes = estimator_health(replace(log, parameters=others | parameters, _cache={})).notes
+    assert any("does not fly on this estimator" in note for note in notes) == said
