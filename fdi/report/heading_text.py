@@ -50,7 +50,9 @@ def heading_summary(
 def _verdict(check: HeadingCheck) -> Iterator[RenderableType]:
     accused = check.accused
     if accused is None:
-        yield text("No block is named: nobody is off alone.", "bold")
+        is_judged = any(one not in (UNDECIDED, UNRECOGNISED) for one in check.verdicts)
+        why = "nobody is off alone" if is_judged else "no cycle could be judged"
+        yield text(f"No block is named: {why}.", "bold")
     else:
         component = COMPONENTS[accused.block]
         yield text(

@@ -11,6 +11,8 @@ from fdi.methods.heading import cross_check
 from fdi.methods.heading.check import JUMPS, _confirmed, _lately
 from fdi.methods.heading.increments import GATE
 from fdi.methods.heading.motion import silences
+from fdi.methods.heading.trees import UNDECIDED
+from fdi.report.heading_text import heading_summary
 from fdi.telemetry import Log
 
 from ..setup.sensors import Ride
@@ -214,3 +216,11 @@ def test_a_course_at_walking_speed_is_absent(healthy: Log) -> None:
     assert course.absent == (
         "it is nowhere so fast and straight that its course tells it (0.5 m/s at most)"
     )
+
+
+def test_that_nobody_is_off_alone_is_said_only_where_a_cycle_was_judged(healthy):
+    found = cross_check(healthy)
+    blind = replace(found, verdicts=(UNDECIDED,) * len(found.verdicts))
+    for check, said in ((found, "nobody is off alone"), (blind, "no cycle could be judged")):
+        told = " ".join(str(part) for part in heading_summary(healthy, check, None))
+        assert f"No block is named: {said}." in told
