@@ -169,12 +169,15 @@ def not_testable(
         if not columns and name not in concerned:
             text = "no test of it reads a channel of this log"
         elif columns and not seen:
-            names = ", ".join(system.faults[c].name for c in columns[:4])
+            own = (system.faults[c].name.removeprefix(f"{name}.") for c in columns[:4])
+            names = ", ".join(own)
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):
             own = np.flatnonzero(bank.incidence[:, seen].any(axis=1))
             rows = {*own.tolist(), *concerned.get(name, [])}
             text = _all_along(name, alarms) or (_waiting(alarms, rows) if flew else "")
+            if not text and alarms.unfit[sorted(rows)].any():
+                text = "its tests are beyond health as the flight begins, and judge nothing later"
             if not text:
                 text = "its tests never had all that they need"
                 text += "" if flew else ", or hold in the air only"

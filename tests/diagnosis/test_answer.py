@@ -175,6 +175,14 @@ def test_component_whose_channels_are_in_no_test_is_told_so():
     assert "COMPASS.z" in item.text
 
 
+def test_that_tests_are_beyond_health_from_the_beginning_is_told_as_that():
+    alarms = alarms_of(BANK, {}, unknown={SKY: [(0, 100)]})
+    unfit = np.ones(len(alarms.unfit), bool)
+    found = diagnose(replace(alarms, unfit=unfit), BANK)
+    texts = {item.text for item in found.not_testable}
+    assert texts == {"its tests are beyond health as the flight begins, and judge nothing later"}
+
+
 def test_component_whose_tests_never_ran_is_told_so():
     found = answer({}, unknown={SKY: [(0, 100)]})
     assert named(found.not_testable) == ["sun", "star"]
