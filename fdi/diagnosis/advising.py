@@ -102,7 +102,8 @@ def about_ending(ending: Ending, is_sound: bool, log: Log) -> tuple[Advice, ...]
     found = [book.ends["stopped"]] if end.lost_by == "stop" else []
     if ending.end.flight == 0 and begins_anew(log) is not None:
         found.append(book.ends["restarted"])
-    found.append(book.ends["sound" if end.how == "landed" and is_sound else end.how])
+    if (end.lost_by, end.how) != ("stop", "control_lost"):  # nothing broke that was told to stop
+        found.append(book.ends["sound" if end.how == "landed" and is_sound else end.how])
     now = [one for part in found for one in _told(part.check, "", log)]
     if not is_sound:
         now += _told(book.logs.get(log.format, ()), "", log)

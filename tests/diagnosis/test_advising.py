@@ -131,6 +131,7 @@ def test_a_crash_begins_with_leaving_everything_as_it_lies() -> None:
 def test_motors_that_were_told_to_stop_ask_who_did() -> None:
     told = about_ending(end_of("control_lost", lost_control=9.0, lost_by="stop"), False, log_of())
     assert told[0].do.startswith("Read who stopped all motors")
+    assert not any("propellers" in one.do for one in told)
 
 
 def test_only_a_sound_flight_is_kept_as_a_reference() -> None:
