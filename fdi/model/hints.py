@@ -249,10 +249,15 @@ def _absent(airframe: Airframe, log: Log) -> list[Measurement]:
 
 def _is_set(source: str, log: Log) -> bool:
     """Return whether the log was to hold a message: its firmware or its sensors have none."""
-    if recorder_of(log.format) != "dataflash":
+    record = recorded_as(source, log).partition("[")[0]
+    if log.format == "ulog":
+        profiles = data_table("logging")["profiles"]
+        found = _BIT.search(profiles.get(record, profiles["default"]))
+        bit, mask = int(found[1]) if found else None, log.parameters.get("SDLOG_PROFILE")
+    elif recorder_of(log.format) == "dataflash":
+        bit, mask = log_bit(record, log), log.parameters.get("LOG_BITMASK")
+    else:
         return False
-    bit = log_bit(recorded_as(source, log).partition("[")[0], log)
-    mask = log.parameters.get("LOG_BITMASK")
     return bit is not None and mask is not None and bool(int(mask) >> bit & 1)
 
 

@@ -53,6 +53,13 @@ def test_a_sensor_that_is_not_on_board_is_not_asked_for(flight, types, asked):
     assert (hint is not None) == asked
 
 
+@pytest.mark.parametrize(("profile", "asked"), [(1.0, False), (3.0, False), (2.0, True)])
+def test_a_topic_whose_profile_is_logged_is_not_asked_for(flight, profile, asked):
+    log = replace(without(flight, "GPS_RAW_INT"), format="ulog", autopilot="px4")
+    log = replace(log, parameters={"SDLOG_PROFILE": profile})
+    assert (hint_of("gps", load_airframe("quadcopter"), log) is not None) == asked
+
+
 def test_of_several_missing_messages_all_are_named_that_are_needed(flight):
     """Outputs bring the motors; nothing else that is missing is asked for."""
     log = without(flight, "SERVO_OUTPUT_RAW", "MOTORS", "VIBRATION", "WIND")
