@@ -160,7 +160,7 @@ def _led_by(verdict: str, fact: Fact) -> str:
     Of what carries the vehicle the first clauses are told where all have none.
     """
     first, *rest = _SENTENCE.split(verdict)
-    if fact.is_wrong and fact.about in CARRIES:  # what it was built like may well explain it
+    if fact.is_wrong and fact.about == CARRIES[0]:  # how it was built may well explain it
         first = first.replace(UNEXPLAINED, "")
     clauses = f"{fact.text[:1].upper()}{fact.text[1:]}".split("; ")
     least = 0 if fact.about in CARRIES else len(clauses) - 1

@@ -11,6 +11,7 @@ from report.build import small_analysis
 
 from fdi.analysis import analyze
 from fdi.diagnosis import Ending, Fact, NotTestable, Open, stood_out, with_facts
+from fdi.diagnosis.verdict import UNEXPLAINED
 from fdi.methods.setup import Check, check_setup
 from fdi.result import Analysis
 from fdi.telemetry import read
@@ -104,6 +105,17 @@ def test_a_fact_that_says_more_stands_in_the_place_of_what_it_says_again(quiet: 
         "The recording stops in flight (log 54.4 s): power was going. No component is accused: "
         "all ran."
     )
+
+
+@pytest.mark.parametrize(("about", "unexplained"), [("motors", ""), ("motor limits", UNEXPLAINED)])
+def test_only_motors_in_another_order_may_explain_an_end(
+    quiet: Analysis, about: str, unexplained: str
+) -> None:
+    verdict = f"Tipped over on the ground (log 11.6 s){UNEXPLAINED}."
+    fact = Fact(about, f"{about}: they do not turn it; what fits: {'x' * 200}", True, True)
+    answer = with_facts(replace(quiet.diagnosis, verdict=verdict), [fact])
+    told = f"{about[0].upper()}{about[1:]}: they do not turn it."
+    assert answer.verdict == f"Tipped over on the ground (log 11.6 s){unexplained}. {told}"
 
 
 def test_a_fact_too_long_to_stand_behind_an_acquittal_stands_before_it(quiet: Analysis) -> None:
