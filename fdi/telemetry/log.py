@@ -29,7 +29,7 @@ from fdi.telemetry.inputs import Input, Judge, believed, inputs_of
 from fdi.telemetry.lift import lift_events
 from fdi.telemetry.message import Floats, Message
 from fdi.telemetry.motors import ROTORS
-from fdi.telemetry.ordered import chain_of
+from fdi.telemetry.ordered import chain_of, with_setters
 from fdi.telemetry.phases import Wings
 from fdi.telemetry.quality import QualityRecord
 from fdi.telemetry.sensors import sensor_events
@@ -314,7 +314,8 @@ class Log:
                 *lift_events(self.messages, self.reported, self.span[0], self.vehicle),
             ]
             events = [*self.reported, *found_in_data]
-            self._cache["events"] = tuple(sorted(events, key=lambda e: (e.t, e.kind)))
+            events.sort(key=lambda e: (e.t, e.kind))
+            self._cache["events"] = with_setters(events, self.parameters)
         found: tuple[Event, ...] = self._cache["events"]
         return found
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -42,6 +42,12 @@ _LANDS: Final = re.compile(r"landing detected|land detector", re.IGNORECASE)
 _DISARMED: Final = re.compile(r"\bdisarmed by (?P<by>[a-z ]{3,40})", re.IGNORECASE)
 """What PX4's commander reports, of no severity: it takes the motors off by itself then."""
 _RADIO: Final = re.compile(r"radio|remote control|manual control|\brc\b|throttle", re.IGNORECASE)
+_TUNED: Final = ("ATC_", "PTCH", "RLL", "YAW", "Q_A_")
+"""Beginnings of the gains that ArduPilot's autotune sets (AC_AutoTune, AP_AutoTune)."""
+_LEARNED: Final = ("COMPASS_OFS",)
+_LEARNS: Final = re.compile(r"compass ?learn", re.IGNORECASE)
+LEARNED_S: Final = 2.5
+"""Between a parameter and a text of one happening (`together.happenings`)."""
 _AUTOMATIC: Final = ("failsafe", "check", "detector", "geofence", "the autopilot", "glitch")
 """Words of those who order on nobody's behalf: what came before them belongs to the chain."""
 
@@ -126,6 +132,27 @@ def set_in_flight(events: Sequence[Event], flights: Sequence[Flight]) -> list[Ev
         and steers(event.text)
         and any(low <= event.t <= high for low, high in spans)
     ]
+
+
+def with_setters(events: Sequence[Event], parameters: Mapping[str, float]) -> tuple[Event, ...]:
+    """Return events, sorted by time, with what set a parameter by itself: autotune or learning.
+
+    Where the log tells who asked for it that stays.
+    """
+    mode, found = "", []
+    learned = [e.t for e in events if e.kind == "text" and _LEARNS.search(e.text)]
+    learns = parameters.get("COMPASS_LEARN", 0.0) > 0
+    for event in events:
+        if event.kind == "mode":
+            mode = event.text
+        if event.kind == "parameter" and not event.by:
+            near = learns or any(abs(t - event.t) <= LEARNED_S for t in learned)
+            if "AUTOTUNE" in mode.upper() and event.text.startswith(_TUNED):
+                event = replace(event, by="the autopilot's autotune")
+            elif near and event.text.startswith(_LEARNED):
+                event = replace(event, by="the autopilot's learning in flight")
+        found.append(event)
+    return tuple(found)
 
 
 def parameter_words(event: Event) -> str:

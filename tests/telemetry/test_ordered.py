@@ -1,5 +1,6 @@
 """Who ordered it: the chain of modes, failsafes, switches and commands before an end."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from fdi.telemetry import Event, Flight, read
 from fdi.telemetry.events import over_words
 from fdi.telemetry.formats.tlog.events import with_orders
-from fdi.telemetry.ordered import chain_of, order_words
+from fdi.telemetry.ordered import chain_of, order_words, with_setters
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "flights"
 FLIGHT = Flight(5.0, 100.0, takeoff=10.0)
@@ -188,3 +189,33 @@ def test_commands_of_another_sender_in_a_telemetry_log_say_who_ordered():
 def test_a_set_mode_in_a_recorded_telemetry_log_says_who_ordered():
     end = read(SHARED / "sitl/copter/c02_hover_calm.tlog").ends[-1]
     assert end.chain[-1].by == "the ground station or a companion"
+
+
+@pytest.mark.parametrize(
+    ("mode", "name", "by"),
+    [
+        ("AUTOTUNE", "ATC_RAT_RLL_P", "the autopilot's autotune"),
+        ("QAUTOTUNE", "Q_A_RAT_RLL_P", "the autopilot's autotune"),
+        ("LOITER", "ATC_RAT_RLL_P", ""),
+        ("AUTOTUNE", "FENCE_ENABLE", ""),
+    ],
+)
+def test_gains_that_are_set_while_it_tunes_itself_are_the_autotunes(mode, name, by):
+    events = [Event(1.0, "mode", "LOITER"), Event(20.0, "mode", mode)]
+    events.append(Event(30.0, "parameter", name, value=0.2, before=0.135))
+    assert with_setters(events, {})[-1].by == by
+    asked = [*events[:-1], replace(events[-1], by="the ground station or a companion")]
+    assert with_setters(asked, {})[-1].by == "the ground station or a companion"
+
+
+@pytest.mark.parametrize(
+    ("text", "learns", "by"),
+    [
+        ("CompassLearn: Finished", 0, "the autopilot's learning in flight"),
+        ("", 3, "the autopilot's learning in flight"),
+        ("", 0, ""),
+    ],
+)
+def test_offsets_that_a_flight_teaches_are_set_by_learning(text, learns, by):
+    events = [Event(29.0, "text", text), Event(30.0, "parameter", "COMPASS_OFS_X", value=41.0)]
+    assert with_setters(events, {"COMPASS_LEARN": learns})[-1].by == by
