@@ -25,7 +25,6 @@ from fdi.telemetry.supply import LAST_S, Supply, supplies
 YOUNG_S: Final = 10.0
 """Since boot, in which nobody takes off: the sensors settle, gyroscopes are calibrated."""
 MOST_TEXTS: Final = 3
-MOST_WORDS: Final = 4
 COMPUTER: Final = "autopilot_computer"
 _KIB: Final = 1024.0  # bytes, the unit of LOG_FILE_BUFSIZE
 _MINUTE_S: Final = 60.0
@@ -84,9 +83,8 @@ def recording_end(log: Log) -> tuple[Fact, ...]:
 
 
 def _short(report: Event) -> str:
-    """Return the first words that an autopilot says of a program that stopped."""
-    words = " ".join(report.text.split()[:MOST_WORDS])
-    return f'"{words.rstrip(":")}"'
+    """Return how what an autopilot says of a program that stopped begins."""
+    return f'"{report.text.partition(":")[0]}"'
 
 
 def _reported(report: Event | None) -> tuple[str, ...]:

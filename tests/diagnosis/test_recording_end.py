@@ -88,7 +88,7 @@ def test_who_flies_just_after_its_boot_started_anew_in_the_air(since, flight, sa
 def test_the_report_of_a_watchdog_tells_why_it_started_anew():
     said = "WDG: T-3 SL0 FL0 FT3 FA200004BC"
     (fact,) = recording_end(anew(3.0, events=[Event(0.5, "text", said)]))
-    assert 'its program had stopped ("WDG: T-3 SL0 FL0")' in fact.text
+    assert 'its program had stopped ("WDG")' in fact.text
     assert any(said in one for one in fact.records)
 
 
