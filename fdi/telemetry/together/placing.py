@@ -110,7 +110,8 @@ def place(first: Log, second: Log) -> Placement:
             hint="analyse them one by one",
         )
     raise UsageError(
-        f"is of another flight than {first.name}: {_why_not(best, apart)}",
+        f"is of another flight than {first.name}, or of another time of it: "
+        f"{_why_not(best, apart)}",
         where=second.name,
         hint="analyse them one by one",
     )
