@@ -169,8 +169,8 @@ def not_testable(
         if not columns and name not in concerned:
             text = "no test of it reads a channel of this log"
         elif columns and not seen:
-            own = (system.faults[c].name.removeprefix(f"{name}.") for c in columns[:4])
-            names = ", ".join(own)
+            faults = (system.faults[c].name.removeprefix(f"{name}.") for c in columns[:4])
+            names = ", ".join(faults)
             text = f"its channels are in no test that this telemetry allows ({names})"
         elif not any((bank.incidence[:, c] & ran).any() for c in seen):
             own = np.flatnonzero(bank.incidence[:, seen].any(axis=1))
