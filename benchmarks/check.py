@@ -21,12 +21,14 @@ import numpy as np
 
 from fdi.errors import FdiError
 from fdi.methods.setup import Check, check_setup
+from fdi.methods.setup.agreement import check_agreement
 from fdi.methods.setup.compass import check_compasses
 from fdi.methods.setup.heading import check_heading
 from fdi.methods.setup.motors import check_motors
 from fdi.methods.setup.mounting import check_mounting
 from fdi.methods.setup.rotations import sensor_rotations
 from fdi.methods.setup.surfaces import check_surfaces
+from fdi.methods.setup.witnesses import decided
 from fdi.telemetry import Log, read
 from fdi.telemetry.message import Column
 from fdi.units import Conversion
@@ -107,14 +109,20 @@ def motor_changes(log: Log) -> Iterator[Change]:
             )
 
 
+def compasses_of(log: Log) -> Iterator[Check]:
+    """Yield what is said of the compasses, with what others decide (`witnesses.py`)."""
+    looks = (check_compasses, check_agreement, check_heading)
+    yield from decided(tuple(check for look in looks for check in look(log)))
+
+
 def sensor_changes(log: Log) -> Iterator[Change]:
     for name in ("YAW_90", "YAW_180", "ROLL_180", "PITCH_90", "ROLL_180_YAW_45"):
-        yield f"compass {name}", "compass 1", check_compasses, turned(log, FIELD, TURNS[name]), name
+        yield f"compass {name}", "compass 1", compasses_of, turned(log, FIELD, TURNS[name]), name
     mirror = np.diag([1.0, -1.0, 1.0])
     yield (
         "compass mirrored",
         "compass 1",
-        check_compasses,
+        compasses_of,
         turned(log, FIELD, mirror),
         "y axis reversed",
     )

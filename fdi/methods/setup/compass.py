@@ -208,12 +208,11 @@ def _one(name: str, turn: Floats, field: Floats, model: Floats, told_by: Setting
         now = in_degrees(off)
         why = f"Readings are then {with_best:.0f} degrees off the Earth's field, now {now}"
         settings = turned_by(best.rotation, told_by, why)
-        if off.least > FITS and _about_the_vertical(best.rotation):
-            # an attitude whose heading another compass has turned would show the same
-            text = f"it may be turned: {better}"
-            return Check(name, "not known", text, numbers, settings, True, ATTITUDE)
         if off.least > FITS:
-            return Check(name, "wrong", f"it is turned: {better}", numbers, settings)
+            # an attitude whose heading another compass has turned would show the same
+            rests_on = ATTITUDE if _about_the_vertical(best.rotation) else ()
+            text = f"it is turned: {better}"
+            return Check(name, "wrong", text, numbers, settings, rests_on=rests_on)
         return Check(name, "not known", f"it may be turned: {better}", numbers, strikes=True)
     open_to = f"with {how} {with_best:.0f}, with {rival.rotation.name} {with_next:.0f}"
     text = f"{as_set}, and no one orientation stands out ({open_to})"

@@ -47,6 +47,30 @@ def test_one_that_may_yet_fit_is_not_wrong():
     assert one == unsure
 
 
+TURNED_BY_ITS_FIT = Check(
+    "compass 3", "wrong", "it is turned", {"miss_as_set_deg_most": 93.0}, rests_on=ATTITUDE
+)
+
+
+@pytest.mark.parametrize(
+    ("others", "verdict"),
+    [
+        ((), "wrong"),  # no other compass that could have turned the heading
+        ((compass(1, 40.0), compass(2, 40.0)), "wrong"),
+        ((compass(1, 10.0),), "not known"),
+        ((compass(1, 10.0), Check("heading", "wrong", "91 degrees off")), "not known"),
+        ((compass(1, 10.0), compass(2, 10.0)), "wrong"),
+        ((compass(1, 10.0), RECEIVER), "wrong"),
+    ],
+)
+def test_one_turned_about_the_vertical_is_wrong_unless_the_heading_may_follow_another(
+    others, verdict
+):
+    *_, one = decided((*others, TURNED_BY_ITS_FIT))
+    assert one.verdict == verdict
+    assert one.strikes == (verdict == "not known")
+
+
 def agreement(number: int, apart: float) -> Check:
     numbers = {"apart_deg": apart, "apart_deg_most": apart + 1.0}
     return Check(f"agreement of compass {number}", "in order", "", numbers)
