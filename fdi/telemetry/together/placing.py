@@ -93,15 +93,7 @@ def place(first: Log, second: Log) -> Placement:
         if not _fly_together(first, second, offset) or not pairs:
             return Placement(offset, _BOOT_UNCERTAINTY_S, "boot", None)
     if in_turn is not None:
-        between = -_overlap(first, second, in_turn)
-        if between <= SILENT_S:
-            return Placement(in_turn, _UTC_WITHIN_S, "utc", None)
-        raise UsageError(
-            f"is of another flight than {first.name}: by satellite time {between:.0f} s lie "
-            "between them",
-            where=second.name,
-            hint="analyse them one by one",
-        )
+        return Placement(_anew(first, second, in_turn), _UTC_WITHIN_S, "utc", None)
     if best is None:
         raise UsageError(
             f"cannot be put on the clock of {first.name}: they share no signals of the same time, "
@@ -151,19 +143,43 @@ def _of_same_boot(first: Log, second: Log) -> Iterator[float]:
 
 
 def _in_turn(first: Log, second: Log) -> float | None:
-    """Return the shift by satellite time of logs that were recorded in turn; None for others.
-
-    The later one's autopilot was not started before the earlier one ended.
-    """
+    """Return the shift by satellite time of logs that were recorded in turn; None for others."""
     a, b = first.clock, second.clock
     if {a.utc_source, b.utc_source} != {"vehicle"}:
         return None
     offset = float(np.nanmedian(b.utc_offset) - np.nanmedian(a.utc_offset))
-    if _overlap(first, second, offset) > _UTC_WITHIN_S:
-        return None
-    if second.span[0] + offset > first.span[0]:
-        return max(offset, first.span[1] - second.span[0] + _since_boot(second))
-    return min(offset, first.span[0] - _since_boot(first) - second.span[1])
+    return offset if _overlap(first, second, offset) <= _UTC_WITHIN_S else None
+
+
+def _anew(first: Log, second: Log, offset: float) -> float:
+    """Return the shift of two logs between which an autopilot started anew.
+
+    It was not started before the earlier one ended: satellite time is moved as far as that asks.
+
+    Raises
+    ------
+    UsageError
+        Too much time lies between them, or the later one's autopilot was started long before.
+    """
+    is_later = second.span[0] + offset > first.span[0]
+    if is_later:
+        least = first.span[1] + _since_boot(second) - second.span[0]
+        moved = max(least - offset, 0.0)
+    else:
+        most = first.span[0] - _since_boot(first) - second.span[1]
+        moved = max(offset - most, 0.0)
+    between = -_overlap(first, second, offset)
+    if between > SILENT_S:
+        why = f"by satellite time {between:.0f} s lie between them"
+    elif moved > _SAME_BOOT_S:
+        why = f"the later one's autopilot ran already {moved:.0f} s before the earlier one ends"
+    else:
+        return offset + moved if is_later else offset - moved
+    raise UsageError(
+        f"is of another flight than {first.name}: {why}",
+        where=second.name,
+        hint="analyse them one by one",
+    )
 
 
 def _since_boot(log: Log) -> float:

@@ -197,6 +197,16 @@ def test_files_before_and_after_a_restart_in_the_air_lie_in_turn(
     assert log.clock.boot(5.0 - zero) == pytest.approx(25.0, abs=0.1)
 
 
+def test_an_autopilot_that_ran_before_the_other_file_ended_did_not_start_anew(
+    tmp_path: Path,
+) -> None:
+    parts = [tmp_path / "before.tlog", tmp_path / "other.tlog"]
+    parts[0].write_bytes(Flight().bytes(11.0))
+    parts[1].write_bytes(b"".join(started_anew(since_boot=40.0)))
+    with pytest.raises(UsageError, match="ran already 38 s before"):
+        join([read(part) for part in parts])
+
+
 def test_files_an_hour_apart_are_of_two_flights(tmp_path: Path) -> None:
     parts = [tmp_path / "one.tlog", tmp_path / "other.tlog"]
     parts[0].write_bytes(Flight().bytes())
