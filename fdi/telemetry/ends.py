@@ -357,12 +357,14 @@ def _lost_control(
 
 
 def _disarmed(events: Sequence[Event], flight: Flight) -> float | None:
-    """Return when it was disarmed in the air, s, with which all motors are told to stop."""
+    """Return since when it is disarmed in the air, s, with which all motors are told to stop."""
     if flight.restart is not None:
         return None
     low, high = flight.airborne
     until = high if flight.impact is None else flight.impact - OUT_S
-    return min((e.t for e in events if e.kind == "disarm" and low < e.t <= until), default=None)
+    armed = max((e.t for e in events if e.kind == "arm" and e.t <= until), default=low)
+    since = (e.t for e in events if e.kind == "disarm" and max(low, armed) < e.t <= until)
+    return min(since, default=None)
 
 
 def _upset(

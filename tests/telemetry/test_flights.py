@@ -101,6 +101,22 @@ def test_a_disarming_in_the_air_is_no_landing(load, until):
     assert end.lost_control == pytest.approx(15.0, abs=1.0)
 
 
+def test_a_disarming_after_which_it_is_armed_again_stopped_no_motors(load):
+    """A heartbeat with a wrong bit is no end of a flight that goes on."""
+
+    class Flickers(Flight):
+        def messages(self, t, tick):
+            made = super().messages(t, tick)
+            for one in made:
+                if one.get_type() == "HEARTBEAT" and 11.0 <= t < 12.0:
+                    one.base_mode &= ~0x80
+            return made
+
+    log = load(Flickers().bytes(18.0))
+    assert "disarm" in [event.kind for event in log.events]
+    assert [end.how for end in log.ends] == ["in_air"]
+
+
 def test_who_is_disarmed_after_standing_high_up_has_landed_there(load):
     roof = Disarmed()
     object.__setattr__(roof, "stands", 2.0)
