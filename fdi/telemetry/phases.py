@@ -71,9 +71,12 @@ IDLE: Final = 0.1
 """Of full throttle: below any hover. Rotors that idle, or that lie on their back without turning,
 carry nothing, whatever two other sources say: what falls is met by the search for its impact."""
 FULL: Final = 0.95
-"""Of full throttle: beyond it nobody hovers; one whose motor failed gives it for the most."""
+"""Of full throttle: beyond it nobody hovers; one whose motor failed gives it for the most. With 0.9
+or 0.99 flights of two or three of 532 logs move."""
 _HOVERS: Final = ((0.4, 0.7), (-MOST, 0.75 * MOST))  # by the throttle over that of a hover
-_LIFTS: Final = ((0.7, 0.9), _HOVERS[1])  # likewise where that is learned: the share of the weight
+_LIFTS: Final = ((0.7, 0.9), _HOVERS[1])
+"""Likewise where the autopilot has learned a hover: the share of the weight. With both a tenth less
+or a twentieth more flights of one or two of 532 logs move."""
 STANDS: Final = 0.1
 """Of its usual speed; wings that go slower, over ground and through the air, up and down, stand: in
 the air only a wind within a tenth of their own speed would hold them there. With half or twice as
