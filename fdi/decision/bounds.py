@@ -24,7 +24,7 @@ from fdi.model.parts import Kind
 from fdi.model.system import System
 from fdi.residuals import Bank, Generator, Residuals
 from fdi.telemetry import Signals
-from fdi.telemetry.airtime import airborne_mask, reference_mask, settled_mask
+from fdi.telemetry.airtime import airborne_mask, begun_in_air, reference_mask, settled_mask
 
 CLIP: Final = 5.0
 """Standard deviations; more in one sample counts as much in a mean."""
@@ -277,7 +277,7 @@ def _unfit(
     # An order that came in flight is no condition of the vehicle, however early it came; nor is
     # what begins while it flies already, without a take-off to settle from.
     sudden = np.array([equation.command for equation in equations], bool)
-    sudden |= _begins_in_air(residuals.signals)
+    sudden |= begun_in_air(residuals.signals.flights) is not None
     began = _began(size > tolerance, np.isfinite(size), residuals.signals, reference)
     stands &= ~(sudden & began)
     unfit = np.where(limit | supports, stands, unfit) & ~always & ~_taught(residuals)
@@ -441,11 +441,6 @@ def _began(
     before = airborne_mask(signals) & (np.cumsum(reference) == 0)
     over, told = (which[:, before].sum(axis=1) for which in (violated, known))
     return np.asarray((told > TOLD * np.count_nonzero(before)) & (over < TOLD * told))
-
-
-def _begins_in_air(signals: Signals) -> bool:
-    first = next((flight for flight in signals.flights if flight.flew), None)
-    return first is not None and first.takeoff is None
 
 
 def _stands(

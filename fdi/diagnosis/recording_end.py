@@ -15,6 +15,7 @@ import numpy as np
 
 from fdi.diagnosis.stood_out import ENDING, Fact
 from fdi.telemetry import Log
+from fdi.telemetry.airtime import begun_in_air
 from fdi.telemetry.ends import FlightEnd
 from fdi.telemetry.events import Event
 from fdi.telemetry.log import Recording, recorder_of
@@ -91,24 +92,24 @@ def _reported(report: Event | None) -> tuple[str, ...]:
     return () if report is None else (f'text at log {report.t:.1f} s: "{report.text}"',)
 
 
-def begins_anew(log: Log) -> float | None:
-    """Return how long after its boot, s, a log begins in the air; None for one that does not.
+def begins_anew(log: Log) -> tuple[float, float] | None:
+    """Return from when on, s, and how long after its boot, s, a log begins in the air, or None.
 
     A vehicle in the air just after its boot did not take off since.
     """
-    first = next((flight for flight in log.flights if flight.flew), None)
-    if first is None or first.takeoff is not None or first.start - log.span[0] >= YOUNG_S:
+    start = begun_in_air(log.flights)
+    since = None if start is None else log.clock.boot(start)
+    if start is None or since is None or start - log.span[0] >= YOUNG_S:
         return None
-    since = log.clock.boot(first.start)
-    return since if since is not None and 0 <= since < YOUNG_S else None
+    return (start, since) if 0 <= since < YOUNG_S else None
 
 
 def _begun_anew(log: Log) -> Iterator[Fact]:
     """Yield that a log begins with a restart in the air."""
-    since = begins_anew(log)
-    if since is None:
+    found = begins_anew(log)
+    if found is None:
         return
-    t = next(flight for flight in log.flights if flight.flew).start
+    t, since = found
     report = program_stopped(log.events, log.span[0])
     why = "why, is not told"
     if report is not None:
@@ -252,7 +253,7 @@ def _ceased(log: Log, end: FlightEnd) -> Fact:
     anew = log.flights[end.flight].restart
     told = supplies(log.messages, end.at)
     assert anew is not None  # that is how it ended
-    said = [e for e in log.events if e.kind == "text" and -1 <= e.t - anew < NEW_S]
+    said = [e for e in log.events if e.kind == "text" and end.at < e.t < anew + NEW_S]
     records = (
         f"the last record before: log {end.at:.1f} s",
         f"time since boot: begins anew at log {anew:.1f} s",

@@ -109,7 +109,7 @@ def _applies(rule: Rule, name: str, log: Log) -> bool:
     if rule.bits:
         return value > 0 and any(int(value) >> bit & 1 for bit in rule.bits)
     if rule.lacks_bit is not None:
-        return value > 0 and not int(value) >> rule.lacks_bit & 1
+        return not int(value) >> rule.lacks_bit & 1
     return value not in rule.lacks if rule.lacks else value in rule.is_
 
 

@@ -23,6 +23,7 @@ from fdi.methods.setup import Check
 from fdi.model import System
 from fdi.model.naming import component_words
 from fdi.shown import Shown
+from fdi.telemetry.airtime import begun_in_air
 from fdi.telemetry.impact import HARD_SPEED
 
 ENDING: Final = "ending"
@@ -138,8 +139,8 @@ def _falls(diagnosis: Diagnosis) -> Iterator[Fact]:
 def _standing(alarms: Alarms) -> Iterator[Fact]:
     """Yield the statements that are violated from the beginning of the flight on, and mostly."""
     bank = alarms.residuals.bank
-    made = [flight for flight in alarms.residuals.signals.flights if flight.flew]
-    what = "log" if made and made[0].takeoff is None else "flight"
+    in_air = begun_in_air(alarms.residuals.signals.flights) is not None
+    what = "log" if in_air else "flight"
     for row, share in violated_from_start(alarms).items():
         generator = bank.generators[row]
         about = str(bank.system.equations[generator.residual].component)

@@ -6,6 +6,8 @@ and never after an impact, or on its back: what breaks then is no cause.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,12 @@ def in_air(flight: Flight) -> tuple[float, float]:
         start += 2 * SETTLING_S
     ends = (flight.landing, flight.impact, flight.end)
     return start, min(end for end in ends if end is not None)
+
+
+def begun_in_air(flights: Iterable[Flight]) -> float | None:
+    """Return from when on, s, a log flies that begins in the air; None for others."""
+    first = next((flight for flight in flights if flight.flew), None)
+    return None if first is None or first.takeoff is not None else first.start
 
 
 def time_in_air(signals: Signals) -> list[tuple[float, float]]:

@@ -4,7 +4,8 @@ In: how a flight ends, the events of the log, its messages and parameters. Out: 
 in the order of time. It begins with the last thing that a person, a mission or a ground station
 ordered, or the beginning of the flight, and holds what has been in force since: the mode at the
 end, what put it into force, and each failsafe, switch and stop after it. Who gave an order is said
-only where the log says so; a mode switch of the remote control that moved at that moment counts.
+only where the log says so; a mode switch of the remote control that moved at that moment counts,
+and so do the mode AUTOTUNE and learning in flight, for what these set.
 """
 
 from __future__ import annotations

@@ -51,6 +51,9 @@ POSITION: Final = (
     "height invalid",
 )
 """Nodes of the commander's tree that it acts upon."""
+_CHOICES: Final = ("AHRS_EKF_TYPE", "AHRS_EKF_USE")
+"""ArduPilot's parameters of which 0 leaves the attitude to the direction cosines; the latter until
+Copter 3.3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -221,11 +224,6 @@ def _complaints(trees: Sequence[Node]) -> list[Node]:
 def _first_top(trees: Sequence[Node]) -> Moment | None:
     found = [Moment(low, tree.name) for tree in _tops(trees) for low, _ in tree.spans or ()]
     return min(found, key=lambda one: one.t, default=None)
-
-
-_CHOICES: Final = ("AHRS_EKF_TYPE", "AHRS_EKF_USE")
-"""ArduPilot's parameters of which 0 leaves the attitude to the direction cosines; the latter until
-Copter 3.3."""
 
 
 def _notes(

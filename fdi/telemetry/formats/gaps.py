@@ -20,8 +20,6 @@ from fdi.telemetry.quality import QualityRecord
 GAP_S: Final = 2.0
 _GAP_PERIODS: Final = 3.0
 _LINK_SHARE: Final = 0.8  # of the regular messages silent at once: the link, not a sensor
-
-
 _ARMING_S: Final = 3.0
 """Between arming and the first records then, or the last ones and disarming."""
 

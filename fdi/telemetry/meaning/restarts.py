@@ -25,7 +25,7 @@ RESTART: Final = "RESTART"
 HEADINGS: Final = frozenset(("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "WDOG"))
 """What a recorder on board writes as it begins, and no measurement of the vehicle."""
 NEW_S: Final = 10.0
-"""After a restart, in which an autopilot greets and says why."""
+"""About a restart, in which an autopilot greets and says why: texts may come before it measures."""
 _STOPPED: Final = re.compile(r"WDG: T-?\d|watchdog reset|processor crashed", re.IGNORECASE)
 """What ArduPilot says once after a reset by its watchdog (AP_Vehicle.cpp,
 ``send_watchdog_reset_statustext``), and what readers make of its record and of PX4's crash dump."""
@@ -52,7 +52,7 @@ def heard_again(messages: Iterable[Message], restart: float) -> float:
 
 def program_stopped(events: Iterable[Event], restart: float) -> Event | None:
     """Return what says that the program of an autopilot had stopped before it started anew."""
-    near = (e for e in events if -1.0 <= e.t - restart < NEW_S)
+    near = (e for e in events if abs(e.t - restart) < NEW_S)
     return next((e for e in near if _STOPPED.search(e.text)), None)
 
 
