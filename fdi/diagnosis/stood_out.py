@@ -20,6 +20,7 @@ from fdi.diagnosis.straying import violated_from_start
 from fdi.diagnosis.values import MOST_LETTERS, Diagnosis, Open
 from fdi.diagnosis.verdict import NOBODY, UNEXPLAINED
 from fdi.methods.setup import Check
+from fdi.methods.setup.oscillation import NAME as OSCILLATION
 from fdi.model import System
 from fdi.model.naming import component_words
 from fdi.shown import Shown
@@ -29,7 +30,7 @@ from fdi.telemetry.impact import HARD_SPEED
 ENDING: Final = "ending"
 CARRIES: Final = ("motors", "battery", "motor limits", "thrust to weight")
 """Checks of what carries the vehicle: first."""
-_ENDS_FLIGHTS: Final = (*CARRIES[1:], ENDING)
+_ENDS_FLIGHTS: Final = (OSCILLATION, *CARRIES[1:], ENDING)
 """In the verdict even where it only strikes."""
 _SENTENCE: Final = re.compile(r"(?<=[.?!]) (?=[A-Z])")
 

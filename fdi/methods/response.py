@@ -10,6 +10,8 @@ calm beginning: a vehicle that turns over as it leaves the ground has none.
 - ``swinging``: for how long, s, a vehicle that never left the ground has swung about an axis, and
   its motors with it. On legs that give, a healthy one may swing as well until it lifts off, so one
   that flew is not asked
+- ``thrown``: for how long, s, in the air, its motors have gone from one end to the other and back.
+  What swings less is a fact (``setup/oscillation.py``): many a sound vehicle does for a while
 - ``rolled_against``: the largest angle, rad, by which a plane has rolled at a stretch, in the last
   seconds, against what its ailerons are meant to do
 """
@@ -22,24 +24,20 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from fdi.methods.columns import Columns, Method
-from fdi.methods.setup.against import APART_S, LiftOff, turned_against
+from fdi.methods.setup.against import APART_S, LiftOff, asked_moments, turned_against
 from fdi.methods.setup.motors import lacking, lift_offs, motor_thrusts
+from fdi.methods.setup.oscillation import APART_S as SWINGS_S
+from fdi.methods.setup.oscillation import swung, thrown
 from fdi.methods.setup.records import Series, body_rates
 from fdi.methods.setup.surfaces import meant, rolled_against
 from fdi.telemetry import Log
+from fdi.telemetry.events import Flight
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import ROTORS, motors_of
-from fdi.windows import runs_of
 
-UNITS: Final = {"turned_against": "rad", "swinging": "s"}
+UNITS: Final = {"turned_against": "rad", "swinging": "s", "thrown": "s"}
 WINGED: Final = {"rolled_against": "rad"}
 _KEPT_S: Final = 3.0  # so long an angle counts: a stretch is over where the vehicle turns back
-_SWING_S: Final = 0.5  # over which a swing is taken: of 2 Hz and more, no person's hand
-_SWING_APART_S: Final = 0.15  # records further apart show no such swing
-_SWINGS: Final = 0.2  # rad/s, root mean square: rotors shake a vehicle that stands by 0.03 to 0.08
-_DRIVEN: Final = (
-    0.05  # of the largest moment; with half of it a low hover at 3.5 % of throttle swings, too
-)
 
 
 def response_columns(log: Log) -> Columns | str | None:
@@ -56,8 +54,11 @@ def response_columns(log: Log) -> Columns | str | None:
     slowest = max(rates.period, thrusts.period)
     if slowest > APART_S:
         return f"records are {slowest:.1f} s apart, too far to see how the vehicle turns"
+    moments = asked_moments(rates.t, thrusts, motors)
     parts = [
-        _columns_of(seen, may_swing=not flight.flew and slowest <= _SWING_APART_S)
+        _columns_of(
+            seen, _flown(rates, moments, flight), may_swing=not flight.flew and slowest <= SWINGS_S
+        )
         for seen, flight in zip(lift_offs(log, rates, thrusts, motors), log.flights, strict=True)
     ]
     if not parts:
@@ -87,32 +88,22 @@ def _on_wings(log: Log) -> Columns | str | None:
     return Columns(rates.t, {"rolled_against": kept}, "OUTPUTS", WINGED)
 
 
-def _columns_of(seen: LiftOff, *, may_swing: bool) -> Series:
-    """Return both columns, (2, n), of a flight; the second unknown where that is not asked."""
-    against = np.full(seen.t.size, turned_against(seen).angle)
-    swung = np.full(seen.t.size, np.nan)
+def _flown(rates: Series, moments: Floats, flight: Flight) -> LiftOff:
+    """Return what a flight holds in the air."""
+    low, high = flight.airborne if flight.flew else (flight.end, flight.end)
+    some = (rates.t >= low) & (rates.t < high)
+    return LiftOff(rates.t[some], rates.values[:, some], moments[:, some])
+
+
+def _columns_of(seen: LiftOff, flown: LiftOff, *, may_swing: bool) -> Series:
+    """Return the columns, (3, n), of a flight; nan where they are not asked."""
+    t = np.union1d(seen.t, flown.t)
+    columns = np.full((len(UNITS), t.size), np.nan)
+    early, late = np.isin(t, seen.t), np.isin(t, flown.t)
+    columns[0, early] = turned_against(seen).angle
     if may_swing:
         axes = zip(seen.rates, seen.moments, strict=True)
-        swung = np.max([_swung(seen.t, *axis) for axis in axes], axis=0)
-    return Series(seen.t, np.array([against, swung]))
-
-
-def _swung(t: Floats, rate: Floats, moment: Floats) -> Floats:
-    """Return for how long, s, a vehicle has swung about an axis, 0 where it does not, (n,)."""
-    swings = (_scatter(t, rate) > _SWINGS) & (_scatter(t, moment) > _DRIVEN)
-    lasted = np.zeros(t.size)
-    for low, high in runs_of(swings):
-        lasted[low:high] = t[low:high] - t[low]
-    return lasted
-
-
-def _scatter(t: Floats, values: Floats) -> Floats:
-    """Return the root mean square about the mean of half a second around, (n,)."""
-    return np.sqrt(_around(t, (values - _around(t, values)) ** 2))
-
-
-def _around(t: Floats, values: Floats) -> Floats:
-    total = np.insert(np.cumsum(values), 0, 0.0)
-    low = np.searchsorted(t, t - _SWING_S / 2)
-    high = np.searchsorted(t, t + _SWING_S / 2, side="right")
-    return np.asarray((total[high] - total[low]) / (high - low))
+        columns[1, early] = np.max([swung(seen.t, *axis) for axis in axes], axis=0)
+    # about yaw motors do so little that a turn of the nose asks all of them
+    columns[2, late] = np.max([thrown(flown.t, moment) for moment in flown.moments[:2]], axis=0)
+    return Series(t, columns)

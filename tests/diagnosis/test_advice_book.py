@@ -40,6 +40,7 @@ CHECKS = (
     "offsets of compass 3",
     "interference at compass 2",
     "vibration",
+    "oscillation",
     "thrust to weight",
     "motor limits",
     "battery",

@@ -15,6 +15,7 @@ from fdi.methods.columns import Columns
 from fdi.methods.response import response_columns
 from fdi.methods.setup.against import HALF_A_TURN
 from fdi.methods.setup.motors import check_motors
+from fdi.methods.setup.oscillation import check_oscillation
 from fdi.telemetry import Log, read
 
 from .setup.build import Quad, fly, write
@@ -44,14 +45,14 @@ def test_motors_or_a_board_elsewhere_turn_it_over_half_a_turn(
     tmp_path: Path, how: dict[str, object], rate: float
 ) -> None:
     found = columns_of(flown(tmp_path, rate=rate, **how)).values["turned_against"]
-    assert found.min() > HALF_A_TURN  # from when the rotors turn, not from when it shows
-    assert found.min() == found.max()
+    assert np.nanmin(found) > HALF_A_TURN  # from when the rotors turn, not from when it shows
+    assert np.nanmin(found) == np.nanmax(found)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_healthy_vehicle_follows_its_motors(tmp_path: Path, seed: int) -> None:
     found = columns_of(flown(tmp_path, seed=seed, hover=10.0))
-    assert found.values["turned_against"].max() < 0.1 * HALF_A_TURN
+    assert np.nanmax(found.values["turned_against"]) < 0.1 * HALF_A_TURN
     assert np.isnan(found.values["swinging"]).all()  # it flew
 
 
@@ -142,3 +143,36 @@ def test_who_is_shaken_or_turned_by_hand_does_not_swing(
     assert not found.findings
     assert "What only a flight shows is not tested" in found.verdict
     assert found.log["response"].si("swinging").max() < 0.5
+
+
+def test_gains_that_throw_the_motors_about_accuse_the_controller(tmp_path: Path) -> None:
+    """Six times the gain of the rate, 4.5 times that of the angle, from the eighth second on."""
+    quad = Quad(rate=25, hover=20.0, gains=(6.0, 4.5))
+    found = analyze(write(tmp_path / "thrown.tlog", quad))
+    assert found.findings[0].component == "attitude_control"
+    assert 8.0 < found.findings[0].onset < 13.0
+    t, rate = (fly(quad)[k] for k in (0, 2))
+    roll = rate[(t > 12) & (t < 22), 0]
+    crossed = np.count_nonzero(np.diff(np.sign(roll - roll.mean()))) / 2 / 10
+    (check,) = check_oscillation(found.log)
+    assert check.strikes
+    assert check.numbers["lasts_s"] > 10
+    assert check.numbers["frequency_hz"] == pytest.approx(crossed, rel=0.15)
+
+
+def test_a_swing_that_leaves_motors_their_room_is_told_and_accuses_nobody(tmp_path: Path) -> None:
+    found = analyze(write(tmp_path / "swings.tlog", Quad(rate=25, hover=20.0, gains=(20.0, 4.2))))
+    assert not found.findings
+    assert "Oscillation: it swings in roll at 2." in found.verdict
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gusts_and_sticks_are_no_swing(tmp_path: Path, seed: int) -> None:
+    (check,) = check_oscillation(flown(tmp_path, seed=seed, hover=20.0))
+    assert check.verdict == "in order"
+
+
+def test_four_records_a_second_show_no_swing(tmp_path: Path) -> None:
+    (check,) = check_oscillation(flown(tmp_path, rate=4.0))
+    assert (check.verdict, check.strikes) == ("not known", False)
+    assert "0.15 s" in check.text

@@ -22,6 +22,7 @@ from fdi.methods.setup.field import (
 from fdi.methods.setup.heading import check_heading
 from fdi.methods.setup.motors import check_motors
 from fdi.methods.setup.mounting import check_mounting
+from fdi.methods.setup.oscillation import check_oscillation
 from fdi.methods.setup.surfaces import check_surfaces
 from fdi.methods.setup.thrust import check_thrust
 from fdi.methods.setup.values import Check
@@ -41,6 +42,7 @@ CHECKS: Final[tuple[Callable[[Log], Iterator[Check]], ...]] = (
     check_offsets,
     check_interference,
     check_vibration,
+    check_oscillation,
     check_thrust,
     check_battery,
 )

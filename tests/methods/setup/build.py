@@ -41,6 +41,7 @@ class Quad:
     kind: int = mav.MAV_TYPE_QUADROTOR
     frame: int = 1
     tells_frame: bool = True
+    gains: Sequence[float] = (1.0, 1.0)  # of rate and angle, so many times from 8 s on
 
 
 def fly(quad: Quad) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -63,9 +64,10 @@ def fly(quad: Quad) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             wanted = rng.normal(0, 1, 3) * [0.15, 0.15, 0.5]
         seen = board @ rates
         tilt = board @ angles
-        rate_wanted = 5.0 * (np.array([wanted[0], wanted[1], 0.0]) - tilt)
+        of_rate, of_angle = quad.gains if t > 8 else (1.0, 1.0)
+        rate_wanted = 5.0 * of_angle * (np.array([wanted[0], wanted[1], 0.0]) - tilt)
         rate_wanted[2] = wanted[2]
-        demand = (rate_wanted - seen) * [0.06, 0.06, 0.3] if lift > 0 else np.zeros(3)
+        demand = of_rate * (rate_wanted - seen) * [0.06, 0.06, 0.3] if lift > 0 else np.zeros(3)
         given = np.clip(lift + PLACES @ demand * 0.25, 0.0, 1.0) if lift > 0 else np.zeros(4)
         acts = acts + (given - acts) * STEP / LAG
         gust = gust * (1 - STEP / 0.3) + rng.normal(0, 1, 3) * np.sqrt(STEP) * (
