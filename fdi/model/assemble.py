@@ -17,6 +17,7 @@ from fdi.errors import FdiError, ModelError
 from fdi.model.airframe import Airframe
 from fdi.model.dimensions import Dimension, dimension, dimension_of, misfit, quantity, spell
 from fdi.model.expression import (
+    NOISE,
     OVER_A_WHILE,
     OVER_RECORDS,
     OVER_TIME,
@@ -452,7 +453,7 @@ def _check_over_time(of: Measurement, *, is_over: bool) -> None:
     for name in sorted(used["value"] - allowed):
         place = "equations" if name not in OVER_RECORDS else f"the value of FIELD{OVER}"
         raise ModelError(f"{name}(...) is for {place}")
-    told = {SAMPLED} if is_over else set()
+    told = {SAMPLED} if is_over else {NOISE}
     for name in sorted(used["when"] | used["reported"] - told):
         raise ModelError(f"{name}(...) cannot stand in a condition or in what is reported")
     if SAMPLED in used["value"]:

@@ -316,6 +316,13 @@ class Measurement:
         return _uses(self.reported, SAMPLED)
 
     @property
+    def tells_itself(self) -> bool:
+        """Return whether its accuracy is the sensor's own word, and not made of its records."""
+        return self.reported is not None and not (
+            self.is_sampled or self.made_by or _uses(self.reported, NOISE)
+        )
+
+    @property
     def behaviour(self) -> Literal["freeze", "loss", "noise", ""]:
         """Return by which way to fail it is read how the channel behaves; "" for what it shows."""
         if self.stillness:

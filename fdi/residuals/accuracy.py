@@ -97,9 +97,7 @@ def reported_accuracies(system: System, signals: Signals) -> tuple[Told, ...]:
     flying = flying if flying.any() else np.ones(len(signals.t), dtype=bool)
     result = []
     for measurement in (equation.measurement for equation in system.equations):
-        if measurement is None or measurement.accuracy is None or measurement.reported is None:
-            continue
-        if measurement.is_sampled or measurement.made_by:  # no sensor's own word
+        if measurement is None or measurement.accuracy is None or not measurement.tells_itself:
             continue
         reported = signals.accuracy.get(measurement.channel)
         if reported is None or not np.isfinite(reported[flying]).any():

@@ -369,8 +369,10 @@ def _strays(
         heading = known[equation.left.name]
         change = _since(_at_first(heading, context, circular=True), heading, circular=True)
         turned = 2 * np.abs(np.sin(change / 2))
-        at_first = [_at_first(value, context, circular=False) for _, value in told(equation.swings)]
-        swung = np.sqrt(np.nansum(np.square(at_first))) * turned
+        at_first = [_size_at_first(value, context) for _, value in told(equation.swings)]
+        size = np.sqrt(np.nansum(np.square(at_first)))
+        # of a vector in any direction a third of the square lies along the field
+        swung = size * turned if np.sqrt(3) * size < 1 else np.full(len(heading), np.pi)
         effects |= {("noise", number, 0): swung, ("swung", number, 0): swung}
         effects["swing", number, 0] = turned
     for place, value in told(equation.errors):
@@ -386,6 +388,13 @@ def _at_first(column: Floats, context: Context, circular: bool) -> float:
     if not known.size:
         return np.nan
     return float(np.angle(np.exp(1j * known).mean()) if circular else np.median(known))
+
+
+def _size_at_first(column: Floats, context: Context) -> float:
+    """Return the root mean square of a quantity in the first seconds, NaN where nothing tells."""
+    start = column[context.beginning]
+    known = start[np.isfinite(start)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
 
 
 def _since(first: float, column: Floats, circular: bool) -> Floats:
@@ -468,6 +477,8 @@ def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Valu
     window = max(recipe.window_s, context.system.equations[node.equation].window)
     recipe = replace(recipe, window_s=window)
     column, gain = differentiate(value.column, context.step, recipe, circular=circular)
+    pace = context.signals.pace
+    column, gain = column / pace, gain / pace
     effects: Effects = {
         # White noise through a difference no longer cancels against the noise it came from.
         ("noise", source, generation + 1): gain * _changing(source, context) * np.abs(effect)
@@ -475,7 +486,7 @@ def _derivative(node: Node, done: Mapping[int, Value], context: Context) -> Valu
         if kind == "noise"
     }
     effects |= {
-        key: np.nan_to_num(differentiate(effect, context.step, recipe)[0])
+        key: np.nan_to_num(differentiate(effect, context.step, recipe)[0]) / pace
         for key, effect in value.effects.items()
         if key[0] in ("late", "parameter")
     }

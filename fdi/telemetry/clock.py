@@ -46,6 +46,15 @@ _MOST_JUMPS: Final = 1000  # of the recorder's clock; each costs a pass over the
 _UTC_RANGE: Final = (946684800.0, 4102444800.0)  # 2000 to 2100: stamps outside are no UTC
 
 
+_CLOCK_OFF: Final = 0.005
+"""Crystals keep to 0.0001; a board whose clock is divided otherwise than meant is off by per cents
+(13/12 on early Linux boards)."""
+_TOLD_LATE_S: Final = 1.0
+"""A receiver's time is recorded a few tenths of a second late, by no constant delay."""
+_MOST_PACE: Final = 2.0
+"""What runs faster than that tells no time."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Clock(Shown):
     """Converts the log's clock to seconds since boot and to UTC, piece by piece (one per boot).
@@ -60,6 +69,9 @@ class Clock(Shown):
         s, 95 %; NaN where unknown. The recorder's UTC is only as good as its host's clock.
     utc_source : str
         ``vehicle`` (satellite time), ``recorder`` (host clock) or ``none``.
+    pace : float
+        Seconds of satellite time that go to one of the vehicle's clock; 1 where that is not told,
+        or within what a clock and a receiver's delay are off by.
     """
 
     start: Floats
@@ -68,6 +80,7 @@ class Clock(Shown):
     boot_uncertainty: float
     utc_uncertainty: float
     utc_source: str
+    pace: float = 1.0
 
     @property
     def boot_known(self) -> bool:
@@ -535,7 +548,43 @@ def make_clock(line: Timeline, utc_rows: Ints, utc: Floats, stamp_us: NDArray[np
         source, uncertainty = ("recorder" if is_utc.any() else "none"), np.nan
     start = created[line.first].copy()
     start[0] = -np.inf
-    return Clock(start, -line.offset, gap, line.delay, uncertainty, source)
+    boot = np.searchsorted(first, utc_rows, side="right")
+    pace = pace_of(created[utc_rows], utc, boot)
+    return Clock(start, -line.offset, gap, line.delay, uncertainty, source, pace)
+
+
+def pace_of(t: Floats, utc: Floats, piece: Ints) -> float:
+    """Return how many seconds of satellite time go to one of the vehicle's clock.
+
+    By Theil's incomplete method: the median slope of pairs half of the records apart.
+
+    Parameters
+    ----------
+    t, utc : (m,) float
+        When satellite time was recorded, and what it was, s.
+    piece : (m,) int
+        Which boot each belongs to; the one with the most records counts.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 100.0)
+    >>> pace_of(t, 1.5e9 + 13 / 12 * t, np.zeros(100, np.int64)).__round__(4)
+    1.0833
+    >>> pace_of(t, 1.5e9 + 1.0001 * t, np.zeros(100, np.int64))
+    1.0
+    """
+    if not t.size:
+        return 1.0
+    own = piece == np.bincount(piece).argmax()
+    t, utc = t[own], utc[own]
+    half = t.size // 2
+    apart = t[half:] - t[: t.size - half]
+    if not half or not (apart > 0).all():
+        return 1.0
+    pace = float(np.median((utc[half:] - utc[: t.size - half]) / apart))
+    off = abs(pace - 1)
+    is_wrong = off > _CLOCK_OFF and off * (t[-1] - t[0]) > _TOLD_LATE_S
+    return pace if is_wrong and 1 / _MOST_PACE < pace < _MOST_PACE else 1.0
 
 
 def _median_per_boot(rows: Ints, values: Floats, first: Ints) -> Floats:

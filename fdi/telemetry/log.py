@@ -404,6 +404,7 @@ class Log:
             self.parameters,
             self.name,
             self.ends,
+            self.clock.pace,
         )
 
     def __repr__(self) -> str:

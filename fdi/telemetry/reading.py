@@ -7,6 +7,7 @@ to the format's reader.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from fdi.errors import LogError
 from fdi.telemetry.content import change, content, opened
 from fdi.telemetry.formats import FORMATS, NOT_READ
 from fdi.telemetry.log import Log
+from fdi.telemetry.quality import QualityRecord
 
 
 def read(path: str | os.PathLike[str], *, system: int | None = None) -> Log:
@@ -54,9 +56,21 @@ def _parsed(where: Path, data: NDArray[np.uint8], system: int | None) -> Log:
             )
     for form in FORMATS.values():
         if form.is_it(data):
-            return form.read(where, data, system=system).believing()
+            log = form.read(where, data, system=system).believing()
+            return replace(log, quality=(*log.quality, *_pace(log)))
     raise LogError(
         f"{data.size} bytes of no known format",
         where=str(where),
         hint=f"known: {', '.join(form.called for form in FORMATS.values())}",
     )
+
+
+def _pace(log: Log) -> Iterator[QualityRecord]:
+    """Yield that the vehicle's clock does not go as satellite time does."""
+    off = 100 * (1 - 1 / log.clock.pace)
+    if off:
+        text = (
+            f"the vehicle's clock runs {abs(off):.1f} % {'slow' if off > 0 else 'fast'} against "
+            "satellite time: tests take rates of change by that, times are the clock's own"
+        )
+        yield QualityRecord("repaired", None, None, None, 0, text)

@@ -63,7 +63,7 @@ class Material:
         By key.
     span : (float, float)
         s, first and last record.
-    events, flights, parameters, log_name, ends
+    events, flights, parameters, log_name, ends, pace
         Handed on with the signals.
     """
 
@@ -74,6 +74,7 @@ class Material:
     parameters: Mapping[str, float]
     log_name: str
     ends: tuple[FlightEnd, ...] = ()
+    pace: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,6 +187,8 @@ class Signals(Shown):
         s, how far apart the channel's records are about a moment at which it is known.
     late : Mapping[Channel, float]
         s; how well the latency of a channel is known that has any.
+    pace : float
+        Seconds that go to one of the log's clock, where that runs wrong (`Clock.pace`).
     """
 
     t: Floats
@@ -202,6 +205,7 @@ class Signals(Shown):
     height: Floats | None = None
     spacing: Mapping[Channel, float] = field(default_factory=dict)
     late: Mapping[Channel, float] = field(default_factory=dict)
+    pace: float = 1.0
 
     def __repr__(self) -> str:
         span = f"{self.t[0]:.1f}..{self.t[-1]:.1f} s" if self.t.size else "empty"
@@ -288,6 +292,7 @@ def resample(material: Material, requests: tuple[Request, ...], sampling: Sampli
         _height(material, t),
         MappingProxyType(spacing),
         {r.channel: r.latency_accuracy for r in requests if r.latency_accuracy},
+        material.pace,
     )
 
 
@@ -380,7 +385,9 @@ def records_of(
         if request.valid is not None:
             seen = {**fields, **states[request.channel.source].named()}
             valid = np.broadcast_to(np.asarray(request.valid(seen), np.bool_), t.shape)
-        known = {**(_only(fields, valid) if request.over else fields), TIME: t}
+        known = {**fields, TIME: t}
+        if request.over:  # what is of a while is so by a clock that goes right
+            known = {**_only(fields, valid), TIME: material.pace * t}
         found = request.value(known) if request.value else fields[request.channel.field]
         value = np.array(np.broadcast_to(found, t.shape), np.float64)
         value[~np.isfinite(value)] = np.nan

@@ -362,6 +362,53 @@ def test_constant_that_swings_may_change_as_the_vehicle_turns(tmp_path, swings, 
     assert (np.delete(found.swing, held, axis=0) == 0).all()
 
 
+def test_what_a_constant_swings_by_may_change_its_sign_in_the_first_seconds(tmp_path):
+    """A field of the vehicle's own adds to one side's strength and takes from the other's."""
+    text = GLIDER.replace(
+        "solves: [course]", "solves: [course], offset: 20 deg, swings: 0.1*(v_ground - slow)/slow"
+    )
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    columns = truth(400)
+    sign = np.where(np.arange(400) % 2, 1.0, -1.0)
+    slow = 3.0
+    speed = slow + 2.0 * sign
+    heading = np.where(np.arange(400) < 200, 0.5, 2.0)
+    columns["LOCAL_POSITION_NED.vx"] = speed * np.cos(heading)
+    columns["LOCAL_POSITION_NED.vy"] = speed * np.sin(heading)
+    columns["GPS_RAW_INT.cog"], columns["GPS_RAW_INT.vel"] = heading, speed
+    found = run(bank, columns)
+    equations = bank.system.equations
+    (held,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == "k_2"]
+    by = 0.1 * 2.0 / slow * 2 * np.sin(1.5 / 2)
+    more = found.swung[held, -100:]
+    assert more == pytest.approx(np.full(100, by), rel=1e-6)
+
+
+def test_a_constant_that_may_be_as_large_as_what_it_is_of_says_nothing(tmp_path):
+    """A field of the vehicle's own as strong as the Earth's turns the heading by any angle."""
+    text = GLIDER.replace("solves: [course]", "solves: [course], offset: 20 deg, swings: 40 deg")
+    bank = build_bank(airframe(tmp_path, text).observe(), "mtes+cross_checks")
+    found = run(bank, truth(400))
+    equations = bank.system.equations
+    (held,) = [i for i, g in enumerate(bank.generators) if equations[g.residual].name == "k_2"]
+    assert (found.swung[held] == np.pi).all()
+
+
+def test_a_derivative_is_one_by_the_right_clock(bank):
+    columns = truth(400)
+    slow = replace(signals(bank.system, columns), pace=1.25)
+    own, right = (
+        bank.evaluate(one, Differentiation()) for one in (signals(bank.system, columns), slow)
+    )
+    (row,) = [
+        i
+        for i, g in enumerate(bank.generators)
+        if set(g.faults) == {"VFR_HUD.alt", "VFR_HUD.climb"}
+    ]
+    assert np.nanmedian(own.values[row]) == pytest.approx(0.0, abs=1e-9)
+    assert abs(np.nanmedian(right.values[row])) == pytest.approx(2.0 - 2.0 / 1.25)
+
+
 @pytest.mark.parametrize(
     ("swings", "said"),
     [("3 kg", "does not fit"), ("2*wind", "unknown symbol 'wind'"), ("v_ground", "unit mismatch")],

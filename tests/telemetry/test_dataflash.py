@@ -1,6 +1,7 @@
 """DataFlash logs: units, instances, definitions that change, bad files."""
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fdi.errors import FdiError, LogError
+from fdi.model.records import integral
+from fdi.telemetry import Channel, Request, Sampling
 from fdi.telemetry.catalogue import data_table
 from fdi.telemetry.formats.commands import MOST, command_events
 from fdi.telemetry.formats.dataflash.events import error_words
 from fdi.telemetry.formats.dataflash.layouts import CHARACTERS
 from fdi.telemetry.formats.dataflash.records import all_records
+from fdi.telemetry.signals import TIME
 
 from .spoiling import ANYTHING, SPOILED, assert_readable, spoilings
 
@@ -470,3 +474,60 @@ def test_a_receiver_that_falls_silent_while_others_go_on_leaves_no_gap(load):
     assert not [q for q in silent.quality if q.kind == "gap"]
     assert np.diff(silent["ATT"].t).max() < 0.4
     assert np.diff(silent["GPS"].t).max() == pytest.approx(30.0)
+
+
+def told_by_satellites(pace: float, seconds: int) -> bytes:
+    """A log whose clock shows one second where ``pace`` have gone by satellite time."""
+    out = [
+        fmt(128, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        fmt(20, "GPS", "QBIHBcLLe", "TimeUS,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt"),
+        fmt(21, "ATT", "Qcc", "TimeUS,DesRoll,Roll"),
+    ]
+    for tenth in range(10 * seconds):
+        at = 5_000_000 + 100_000 * tenth
+        out.append(b"\xa3\x95\x15" + struct.pack("<Qhh", at, 0, tenth))
+        if tenth % 2 == 0:
+            late = 100_000 * (tenth // 2 % 2)  # by up to a tenth of a second
+            fix = (
+                3,
+                200_000_000 + round(100 * pace * tenth),
+                2300,
+                9,
+                90,
+                470_000_000,
+                80_000_000,
+                0,
+            )
+            out.append(b"\xa3\x95\x14" + struct.pack("<QBIHBhiii", at + late, *fix))
+    return b"".join(out)
+
+
+@pytest.mark.parametrize(
+    ("pace", "seconds", "told"),
+    [(13 / 12, 60, "7.7 % slow"), (0.9, 60, "11.1 % fast"), (1.0002, 600, ""), (13 / 12, 9, "")],
+)
+def test_a_clock_that_runs_wrong_is_told_by_satellite_time(load, pace, seconds, told):
+    """No crystal, and no receiver whose time comes late, and not the same time always."""
+    log = load(told_by_satellites(pace, seconds))
+    assert log.clock.pace == pytest.approx(pace if told else 1.0, rel=2e-3)
+    said = [q.text for q in log.quality if "satellite time" in q.text]
+    assert bool(said) == bool(told)
+    assert all(told in text for text in said)
+    assert log["ATT"].t[-1] == pytest.approx(seconds, abs=0.3)  # times stay the log's own
+
+
+def test_a_while_of_records_is_one_by_the_right_clock(load):
+    log = load(told_by_satellites(13 / 12, 60))
+    over = Request(
+        Channel("ATT", "Roll:over"),
+        ("Roll",),
+        value=lambda known: integral(known[TIME], np.ones(known[TIME].size), 10.0),
+        over=True,
+    )
+    once = replace(
+        over, channel=Channel("ATT", "Roll"), value=lambda known: known[TIME], over=False
+    )
+    found = log.signals([over, once], Sampling(rate_hz=1.0))
+    whole, own = (found.columns[one.channel] for one in (over, once))
+    assert np.nanmax(whole) == pytest.approx(10.0)
+    assert np.isfinite(whole).argmax() == np.searchsorted(own, 10.0 * 12 / 13)

@@ -21,6 +21,7 @@ its numbers. `check_setup` takes a `Log` and gives `Check`s.
 - ``witnesses.py``: which compass is wrong by itself, where others fit with the same attitude
 - ``mounting.py``: accelerometers and gyroscopes
 - ``vibration.py``: how much it shakes, by what the autopilot's makers call too much
+- ``oscillation.py``: does it swing about an axis, and its motors with it?
 - ``thrust.py``, ``battery.py``: thrust to weight, motors at their limits, a battery that runs down
 - ``interval.py``: how far may be off what was measured
 """

@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy.signal import lombscargle
 
+from fdi.grid import uniform
 from fdi.methods.setup.against import asked_moments
 from fdi.methods.setup.motors import lacking, motor_thrusts
 from fdi.methods.setup.records import body_rates, stretches
@@ -150,9 +151,10 @@ def _line(t: Floats, rate: Floats) -> float:
 
     A swing of a vehicle that flies changes its frequency within a few seconds.
     """
-    tried = np.arange(1 / _OVER_S, 0.5 / np.median(np.diff(t)), 0.25 / LASTS_S)
+    fastest = 0.5 / np.median(np.diff(t))
+    tried = np.linspace(1 / _OVER_S, fastest, round((fastest - 1 / _OVER_S) * 4 * LASTS_S) + 1)
     most, hertz = _LINE, np.nan
-    for start in np.arange(t[0], t[-1] - LASTS_S, LASTS_S / 2):
+    for start in uniform(t[0], t[-1] - LASTS_S, LASTS_S / 2, records=t.size):
         some = (t >= start) & (t <= start + LASTS_S)
         # normalized: the share of the power that a sine of this frequency takes away
         taken = lombscargle(t[some], rate[some], 2 * np.pi * tried, normalize=True)

@@ -311,6 +311,7 @@ def _clock(placed: Sequence[_Placed]) -> Clock:
         since[0].log.clock.boot_uncertainty,
         utc.utc_uncertainty,
         utc.utc_source,
+        max((one.log.clock.pace for one in placed), key=lambda pace: abs(pace - 1)),
     )
 
 

@@ -31,6 +31,7 @@ from fdi.telemetry.clock import (
     SHORT_PAUSE_S,
     Clock,
     last_boot,
+    pace_of,
     pause_text,
     told_as_one,
     told_thrown,
@@ -457,22 +458,25 @@ def make_clock(tables: Tables, track: Track, times: Sequence[Times]) -> Clock:
     start = track.began.copy()
     start[0] = -np.inf
     offset = np.full(track.boots.size, np.nan)
-    place, gap = [np.empty(0, np.int64)], [np.empty(0)]
-    for at, apart in _utc(tables, times):
+    place, when, told = [np.empty(0, np.int64)], [np.empty(0)], [np.empty(0)]
+    for at, t, utc in _utc(tables, times):
         place.append(at)
-        gap.append(apart)
-    apart = np.concatenate(gap)
+        when.append(t)
+        told.append(utc)
+    t, utc = np.concatenate(when), np.concatenate(told)
+    apart = utc - t
     boot = np.searchsorted(track.boots, np.concatenate(place), side="right") - 1
     for k in np.unique(boot).tolist():
         offset[k] = np.median(apart[boot == k])
     source = "vehicle" if apart.size else "none"
     uncertainty = 0.0 if apart.size else np.nan
     boot_uncertainty = 0.0 if np.isfinite(track.offset).all() else np.nan
-    return Clock(start, -track.offset, offset, boot_uncertainty, uncertainty, source)
+    pace = pace_of(t, utc, boot) if np.isfinite(track.offset).all() else 1.0
+    return Clock(start, -track.offset, offset, boot_uncertainty, uncertainty, source, pace)
 
 
-def _utc(tables: Tables, times: Sequence[Times]) -> Iterator[tuple[Ints, Floats]]:
-    """Yield places in the file where a receiver tells UTC, and UTC - t there, s since 1970."""
+def _utc(tables: Tables, times: Sequence[Times]) -> Iterator[tuple[Ints, Floats, Floats]]:
+    """Yield places in the file where a receiver tells UTC, t there, and UTC, s since 1970."""
     since, leaps = (np.array(column) for column in zip(*_LEAPS, strict=True))
     for names in (("GWk", "GMS"), ("Week", "TimeMS")):
         for i, (status, week, ms) in columns(tables, "GPS", "Status", *names):
@@ -481,4 +485,4 @@ def _utc(tables: Tables, times: Sequence[Times]) -> Iterator[tuple[Ints, Floats]
             weeks[weeks < _FIRST_WEEK] += 1024
             utc = _GPS_EPOCH + weeks * _WEEK_S + ms[good] / 1000
             utc -= leaps[np.searchsorted(since, utc, side="right") - 1]
-            yield tables[i].start[good].astype(np.int64), utc - times[i].t[good]
+            yield tables[i].start[good].astype(np.int64), times[i].t[good], utc

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from fdi.telemetry.clock import Clock, timeline
+from fdi.telemetry.clock import Clock, pace_of, timeline
 from fdi.telemetry.formats.gaps import GAP_S
 from fdi.telemetry.message import Floats
 from fdi.telemetry.quality import Kind, QualityRecord
@@ -230,4 +230,6 @@ def clock(known: Reference, t: Floats, utc: Floats) -> Clock:
     uncertainty = float(np.quantile(late, 0.95)) if late.size > 1 else np.nan
     boot = -known.offset if known.at.size else np.full(start.size, np.nan)
     source = "vehicle" if late.size else "none"
-    return Clock(start, boot, offset, 0.0 if known.at.size else np.nan, uncertainty, source)
+    boot_uncertainty = 0.0 if known.at.size else np.nan
+    pace = pace_of(t, utc, piece)
+    return Clock(start, boot, offset, boot_uncertainty, uncertainty, source, pace)
