@@ -118,7 +118,10 @@ POOR_LINK = dict.fromkeys(
     ("pos_9", "gps_position_creeps", "alt_4", "barometer_scatters"),
     "the link loses a second within every minute of this flight, and in its beginning every 10 s",
 )
-UNTOLD = {"turns_against_its_motors": "no parameter of this flight tells where its motors are"}
+UNTOLD = dict.fromkeys(
+    ("turns_against_its_motors", "throws_its_motors"),
+    "no parameter of this flight tells where its motors are",
+)
 ON_BOARD = dict.fromkeys(("link_1", "link_silent"), "a recorder on board has no link")
 NO_RATES = dict.fromkeys(
     (
