@@ -367,8 +367,7 @@ def _strays(
 
     if equation.swings and isinstance(equation.left, Symbol):
         heading = known[equation.left.name]
-        change = _since(_at_first(heading, context, circular=True), heading, circular=True)
-        turned = 2 * np.abs(np.sin(change / 2))
+        turned = _turned(heading, context)
         at_first = [_size_at_first(value, context) for _, value in told(equation.swings)]
         size = np.sqrt(np.nansum(np.square(at_first)))
         # of a vector in any direction a third of the square lies along the field
@@ -376,18 +375,29 @@ def _strays(
         effects |= {("noise", number, 0): swung, ("swung", number, 0): swung}
         effects["swing", number, 0] = turned
     for place, value in told(equation.errors):
-        change = _since(_at_first(value, context, circular=False), value, circular=False)
+        change = np.nan_to_num(value - _at_first(value, context))
         effects["noise", number, place] = np.abs(change)
     return effects
 
 
-def _at_first(column: Floats, context: Context, circular: bool) -> float:
+def _at_first(column: Floats, context: Context) -> float:
     """Return what a quantity was in the first seconds in the air, NaN where nothing tells it."""
     start = column[context.beginning]
     known = start[np.isfinite(start)]
-    if not known.size:
-        return np.nan
-    return float(np.angle(np.exp(1j * known).mean()) if circular else np.median(known))
+    return float(np.median(known)) if known.size else np.nan
+
+
+def _turned(heading: Floats, context: Context) -> Floats:
+    """Return how far a heading, as a unit vector, is off the mean of the first seconds, (n,).
+
+    What goes with sine and cosine of the heading differs by that from its mean in these: by twice
+    the sine of half of the turn where the vehicle kept its heading, and by as much as it is where
+    the vehicle turned about.
+    """
+    facing = np.exp(1j * heading)
+    known = facing[context.beginning]
+    known = known[np.isfinite(known)]
+    return np.nan_to_num(np.abs(facing - known.mean())) if known.size else np.zeros(len(heading))
 
 
 def _size_at_first(column: Floats, context: Context) -> float:
@@ -395,11 +405,6 @@ def _size_at_first(column: Floats, context: Context) -> float:
     start = column[context.beginning]
     known = start[np.isfinite(start)]
     return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
-
-
-def _since(first: float, column: Floats, circular: bool) -> Floats:
-    """Return how far a quantity is from what it was, 0 where one of both is unknown."""
-    return np.nan_to_num(wrap(column - first) if circular else column - first)
 
 
 def moved_by(
