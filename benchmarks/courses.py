@@ -47,6 +47,7 @@ OFF = (
 )
 TIMES = 6.0
 COURSES = ("begins", "stops", "parameter", "net")
+HEAD = b"\xa3\x95"
 STATIC = ("FMT", "FMTU", "UNIT", "MULT", "PARM", "MSG", "VER", "PARAM_VALUE", "HEARTBEAT")
 
 
@@ -77,14 +78,23 @@ def _telemetry(data: bytes) -> Iterator[Record]:
 
 
 def _dataflash(data: bytes) -> Iterator[Record]:
-    known, at = {128: (89, "FMT", "")}, 0
-    while at + 3 <= len(data) and data[at + 2] in known:
-        size, name, form = known[data[at + 2]]
+    """Yield the records; of a damaged log what lies between the damage."""
+    known, at = {128: (89, "FMT", "", "")}, 0
+    while 0 <= at <= len(data) - 3:
+        size, name, form, fields = known.get(data[at + 2], (0, "", "", ""))
+        if data[at : at + 2] != HEAD or not size or at + size > len(data):
+            at = data.find(HEAD, at + 1)
+            continue
         one = data[at : at + size]
         if name == "FMT":
-            texts = [text.rstrip(b"\0").decode() for text in (one[5:9], one[9:25])]
-            known[one[3]] = (one[4], *texts)
-        yield Record(one, struct.unpack_from("<Q", one, 3)[0] if form[:1] == "Q" else None, name)
+            parts = (one[5:9], one[9:25], one[25:89])
+            known[one[3]] = (one[4], *(part.rstrip(b"\0").decode("latin-1") for part in parts))
+        time = None
+        if form[:1] == "Q":
+            time = struct.unpack_from("<Q", one, 3)[0]
+        elif fields.startswith("TimeMS") and form[:1] == "I":  # before 2015
+            time = 1000 * struct.unpack_from("<I", one, 3)[0]
+        yield Record(one, time, name)
         at += size
 
 
@@ -95,7 +105,9 @@ def _ulog(data: bytes) -> Iterator[Record]:
         size, kind = struct.unpack_from("<Hc", data, at)
         one = data[at : at + 3 + size]
         place = {b"D": 5, b"L": 4}.get(kind)
-        yield Record(one, struct.unpack_from("<Q", one, place)[0] if place else None, kind.decode())
+        yield Record(
+            one, struct.unpack_from("<Q", one, place)[0] if place else None, kind.decode("latin-1")
+        )
         at += 3 + size
 
 
