@@ -11,8 +11,8 @@ of each simulated one as well) five variants are made by leaving out records of 
   the receiver stay, of a ULog any topic may go
 
 The models were mended by what seeds 1 to 3 showed: others are variants that nobody has seen, of
-flights that were. Prints who is accused of them who is not of the flight itself, nor accepted by its label: it is
-accused for what the log lacks. Then how many of each kind are.
+flights that were. Prints who is accused of them who is not of the flight itself, nor accepted by
+its label: it is accused for what the log lacks. Then how many of each kind are.
 """
 
 from __future__ import annotations

@@ -382,8 +382,7 @@ def _strays(
 
 def _at_first(column: Floats, context: Context) -> float:
     """Return what a quantity was in the first seconds in the air, NaN where nothing tells it."""
-    start = column[context.beginning]
-    known = start[np.isfinite(start)]
+    known = _beginning(column, context)
     return float(np.median(known)) if known.size else np.nan
 
 
@@ -394,17 +393,23 @@ def _turned(heading: Floats, context: Context) -> Floats:
     the sine of half of the turn where the vehicle kept its heading, and by as much as it is where
     the vehicle turned about.
     """
-    facing = np.exp(1j * heading)
-    known = facing[context.beginning]
-    known = known[np.isfinite(known)]
-    return np.nan_to_num(np.abs(facing - known.mean())) if known.size else np.zeros(len(heading))
+    known = _beginning(heading, context)
+    if not known.size:
+        return np.zeros(len(heading))
+    off = np.abs(np.exp(1j * heading) - np.exp(1j * known).mean())
+    return np.asarray(np.nan_to_num(off))
 
 
 def _size_at_first(column: Floats, context: Context) -> float:
     """Return the root mean square of a quantity in the first seconds, NaN where nothing tells."""
-    start = column[context.beginning]
-    known = start[np.isfinite(start)]
+    known = _beginning(column, context)
     return float(np.sqrt(np.mean(known**2))) if known.size else np.nan
+
+
+def _beginning(column: Floats, context: Context) -> Floats:
+    """Return what is known of a quantity in the first seconds in the air, (m,)."""
+    start = column[context.beginning]
+    return start[np.isfinite(start)]
 
 
 def moved_by(
