@@ -9,12 +9,16 @@ difference quotient that starts from zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from fdi.model.evaluate import Floats, wrap
 from fdi.shown import Shown
+
+RESOLVED: Final = np.pi / 2
+"""rad: an angle that changes by more from one sample to the next may have turned the other way, or
+by a whole turn more. Half a turn is Nyquist's limit; half of it is for what turns ever faster."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +62,8 @@ def differentiate(
     Returns
     -------
     derivative : (n,) float
-        Unknown wherever the window holds an unknown sample or leaves the grid.
+        Unknown wherever the window holds an unknown sample, a turn that the samples do not resolve
+        (`RESOLVED`), or leaves the grid.
     gain : float, 1/s
         Standard deviation of the derivative for white noise of standard deviation one.
 
@@ -73,7 +78,9 @@ def differentiate(
     known = np.isfinite(values)
     if circular:
         # Turned on step by step: over a whole window a fast rotation would pass half a turn.
-        values = np.cumsum(np.nan_to_num(wrap(np.diff(values, prepend=0.0))))
+        turned = np.nan_to_num(wrap(np.diff(values, prepend=values[:1])))
+        known &= np.abs(turned) <= RESOLVED
+        values = np.cumsum(turned)
     values = np.where(known, values, np.nan)
     half = recipe.half_width(step)
     total = half * (half + 1) * (2 * half + 1) / 3  # sum of i^2 from -half to half

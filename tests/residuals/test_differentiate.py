@@ -29,6 +29,15 @@ def test_slope_of_a_turning_angle_knows_no_wrap():
         assert found[10:-10] == pytest.approx(rate)
 
 
+@pytest.mark.parametrize("rate", [17.0, 31.4, 35.0, -40.0])
+def test_a_turn_too_fast_for_its_samples_is_unknown(rate):
+    t = np.arange(100) * STEP
+    turned = np.concatenate([t, t[-1] + np.cumsum(np.full(100, rate * STEP))])
+    found, _ = differentiate(wrap(turned), STEP, Differentiation(), circular=True)
+    assert found[10:90] == pytest.approx(1.0)
+    assert np.isnan(found[95:]).all()
+
+
 @pytest.mark.parametrize("circular", [False, True])
 def test_an_unknown_sample_makes_its_whole_window_unknown(circular):
     values = np.linspace(0, 1, 50)

@@ -276,6 +276,34 @@ def test_counts_are_held_and_not_interpolated():
     np.testing.assert_array_equal(made["VIBRATION"].si("clipping_1"), [4, 4, 9])
 
 
+def axes(names: str, unit: str, values: tuple[float, ...]) -> dict[str, tuple[str, list[float]]]:
+    return {n: (unit, [v] * 3) for n, v in zip(names.split(), values, strict=True)}
+
+
+def test_px4_sensors_of_their_own_frame_are_no_reading_of_the_body():
+    """Since 1.11 nobody has turned or calibrated `sensor_accel`; `vehicle_imu` is of the body."""
+    t = [0.0, 0.5, 1.0]
+    raw = message("sensor_accel", t, **axes("x y z", "m/s^2", (0.0, -9.8, 1.4)))
+    moved = axes(
+        "delta_velocity[0] delta_velocity[1] delta_velocity[2]", "m/s", (0.002, 0.004, -0.04)
+    )
+    body = message("vehicle_imu", t, **moved, delta_velocity_dt=("s", [0.004] * 3))
+    made = as_mavlink(log(raw), "quad", table="mavlink_ulog")
+    assert not any("xacc" in m for m in made.values())
+    made = as_mavlink(log(raw, body), "quad", table="mavlink_ulog")
+    for name in ("RAW_IMU", "SCALED_IMU", "HIGHRES_IMU"):
+        assert made[name].si("zacc") == pytest.approx(-10.0)
+
+
+def test_px4_drivers_that_integrate_calibrate_too():
+    """Until 1.10 a driver turned, calibrated and integrated what it sent."""
+    t = [0.0, 0.5, 1.0]
+    moved = axes("x_integral y_integral z_integral", "m/s", (0.0, 0.01, -0.039))
+    own = message("sensor_accel", t, **moved, integral_dt=("s", [0.004] * 3))
+    made = as_mavlink(log(own), "quad", table="mavlink_ulog")
+    assert made["SCALED_IMU"].si("yacc") == pytest.approx(2.5)
+
+
 def receiver(t: np.ndarray) -> Message:
     some = [0.0] * t.size
     return message("GPS", list(t), Status=("", [3.0] * t.size), Spd=("m/s", some))

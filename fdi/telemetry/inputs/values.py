@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.shown import Shown
+from fdi.telemetry.meaning.sources import wrap
 from fdi.telemetry.message import Floats, Message
 
 TURNS: Final = 0.05
@@ -22,6 +23,8 @@ FEW_A_SECOND: Final = 4
 LEAST: Final = 20
 """Records; fewer tell nothing of an input."""
 _RATES: Final = ("rollspeed", "pitchspeed", "yawspeed")
+_GYROSCOPE: Final = ("xgyro", "ygyro", "zgyro")
+_ANGLES: Final = ("roll", "pitch", "yaw")
 _ACCELEROMETERS: Final = ("RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "HIGHRES_IMU")
 AXES: Final = ("xacc", "yacc", "zacc")
 
@@ -97,17 +100,40 @@ def while_armed(t: Floats, armed: Floats) -> Mask:
 
 
 def turning(messages: Mapping[str, Message], t: Floats) -> Floats:
-    """Return how fast the vehicle turns at times t, (n,) rad/s; NaN where the log does not tell."""
-    attitude = messages.get("ATTITUDE")
-    if attitude is None or len(attitude) < 2 or not all(name in attitude for name in _RATES):
-        return np.full(t.size, np.nan)
-    rates = np.array([attitude.si(name) for name in _RATES])
-    known = np.isfinite(rates).all(axis=0)
-    if known.sum() < 2:
-        return np.full(t.size, np.nan)
-    own, rates = attitude.t[known], rates[:, known]
-    rate: Floats = np.linalg.norm(rates - _at_rest(own, rates)[:, None], axis=0)
-    return np.interp(t, own, rate)
+    """Return how fast the vehicle turns at times t, (n,) rad/s; NaN where the log does not tell.
+
+    By the rates that the autopilot tells, by its gyroscope's, or by how its attitude changes.
+    """
+    attitude, inertial = messages.get("ATTITUDE"), messages.get("RAW_IMU")
+    for message, fields in ((attitude, _RATES), (inertial, _GYROSCOPE)):
+        own, rates = _together(message, fields)
+        if own.size:
+            rate: Floats = np.linalg.norm(rates - _at_rest(own, rates)[:, None], axis=0)
+            return np.interp(t, own, rate)
+    own, angles = _together(attitude, _ANGLES)
+    return np.interp(t, own[1:], _turned(own, angles)) if own.size else np.full(t.size, np.nan)
+
+
+def _together(message: Message | None, fields: tuple[str, ...]) -> tuple[Floats, Floats]:
+    """Return the times, (n,) s, at which all the fields are known, and these, (3, n); else none."""
+    nothing = np.empty(0), np.empty((len(fields), 0))
+    if message is None or not all(name in message for name in fields):
+        return nothing
+    if fields == _GYROSCOPE and message.unit(fields[0]) != "rad/s":
+        return nothing  # raw counts
+    values = np.array([message.si(name) for name in fields])
+    known = np.isfinite(values).all(axis=0)
+    return (message.t[known], values[:, known]) if known.sum() > 1 else nothing
+
+
+def _turned(t: Floats, angles: Floats) -> Floats:
+    """Return how fast roll, pitch and yaw, (3, n) rad, turn a body from record to record, rad/s."""
+    roll, pitch, yaw = wrap(np.diff(angles))
+    nose, steps = (angles[1, 1:] + angles[1, :-1]) / 2, np.diff(t)
+    # of rates about the axes of a 3-2-1 sequence, of which roll's and yaw's are not at right angles
+    squares = roll**2 + pitch**2 + yaw**2 - 2 * roll * yaw * np.sin(nose)
+    angle = np.sqrt(np.maximum(squares, 0.0))
+    return np.divide(angle, steps, out=np.zeros(steps.size), where=steps > 0)
 
 
 def _at_rest(t: Floats, rates: Floats) -> Floats:

@@ -315,3 +315,30 @@ def test_what_lies_does_not_turn_by_the_offset_of_its_gyroscope(offset, scatter,
     """What scatters as in flight has no offset that is known, nor is one that large an offset."""
     turns = turning({"ATTITUDE": lying(offset, scatter)}, T)
     assert np.median(turns[T > 40.0]) == pytest.approx(told, abs=0.005)
+
+
+def turned(unit):
+    """Return the message of a gyroscope that turns at 2 rad/s about all axes together."""
+    values = np.full(T.size, 2.0)
+    conversion = Conversion(unit)
+    axes = {n: Column(lambda: values / np.sqrt(3), conversion) for n in ("xgyro", "ygyro", "zgyro")}
+    return Message("RAW_IMU", None, T, T, np.arange(T.size), axes)
+
+
+def test_who_tells_no_rates_turns_as_its_gyroscope_says():
+    zero = np.zeros(T.size)
+    attitude = message("ATTITUDE", {"roll": zero, "pitch": zero, "yaw": zero})
+    found = turning({"ATTITUDE": attitude, "RAW_IMU": turned("rad/s")}, T)
+    assert found == pytest.approx(2.0)
+    raw = turning({"ATTITUDE": attitude, "RAW_IMU": turned("")}, T)
+    assert raw == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("nose", [0.0, 0.5, -1.2])
+def test_without_a_gyroscope_the_attitude_tells_how_it_turns(nose):
+    """Of a nose that is raised or lowered, a roll and a yaw add up along its axis, or take away."""
+    roll, yaw = (np.array(angle) for angle in (1.5 * T, (2.0 * T + np.pi) % (2 * np.pi) - np.pi))
+    attitude = message("ATTITUDE", {"roll": roll, "pitch": np.full(T.size, nose), "yaw": yaw})
+    body = 1.5 - 2.0 * np.sin(nose), 2.0 * np.cos(nose)
+    assert turning({"ATTITUDE": attitude}, T) == pytest.approx(np.hypot(*body))
+    assert np.isnan(turning({}, T)).all()
