@@ -133,7 +133,8 @@ def _turned(t: Floats, angles: Floats) -> Floats:
     # of rates about the axes of a 3-2-1 sequence, of which roll's and yaw's are not at right angles
     squares = roll**2 + pitch**2 + yaw**2 - 2 * roll * yaw * np.sin(nose)
     angle = np.sqrt(np.maximum(squares, 0.0))
-    return np.divide(angle, steps, out=np.zeros(steps.size), where=steps > 0)
+    rate: Floats = np.divide(angle, steps, out=np.zeros(steps.size), where=steps > 0)
+    return rate
 
 
 def _at_rest(t: Floats, rates: Floats) -> Floats:
