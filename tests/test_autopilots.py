@@ -79,7 +79,8 @@ NOT_OBSERVED = dict.fromkeys(
     "the method observer runs only where it is asked for",
 )
 ONE_UNIT = {"twin_gyroscopes": "PX4's telemetry, and a log of one unit, have one gyroscope"}
-NOT_MEANT = {"rolls_against_its_ailerons": "PX4's telemetry does not tell which way is meant"}
+_UNTOLD = "PX4's telemetry does not tell which way is meant"
+NOT_MEANT = {"rolls_against_its_ailerons": _UNTOLD, "pitches_against_its_elevator": _UNTOLD}
 NO_SURFACES = dict.fromkeys(
     (
         *(f"srf_{i}" for i in range(1, 7)),

@@ -12,8 +12,9 @@ calm beginning: a vehicle that turns over as it leaves the ground has none.
   that flew is not asked
 - ``thrown``: for how long, s, in the air, its motors have gone from one end to the other and back.
   What swings less is a fact (``setup/oscillation.py``): many a sound vehicle does for a while
-- ``rolled_against``: the largest angle, rad, by which a plane has rolled at a stretch, in the last
-  seconds, against what its ailerons are meant to do
+- ``rolled_against``, ``pitched_against``: the largest angle, rad, by which a plane has rolled or
+  pitched at a stretch, in the last seconds, against what its ailerons or its elevator are meant to
+  do
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ from fdi.methods.setup.motors import lacking, lift_offs, motor_thrusts
 from fdi.methods.setup.oscillation import APART_S as SWINGS_S
 from fdi.methods.setup.oscillation import swung, thrown
 from fdi.methods.setup.records import Series, body_rates
-from fdi.methods.setup.surfaces import meant, rolled_against
+from fdi.methods.setup.surfaces import meant, turned_against_surface
 from fdi.telemetry import Log
 from fdi.telemetry.events import Flight
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import ROTORS, motors_of
 
 UNITS: Final = {"turned_against": "rad", "swinging": "s", "thrown": "s"}
-WINGED: Final = {"rolled_against": "rad"}
+WINGED: Final = {"rolled_against": "rad", "pitched_against": "rad"}
+_SURFACES: Final = ("aileron", "elevator")
 _KEPT_S: Final = 3.0  # so long an angle counts: a stretch is over where the vehicle turns back
 
 
@@ -72,20 +74,26 @@ RESPONSE: Final = Method("response", response_columns)
 
 
 def _on_wings(log: Log) -> Columns | str | None:
-    """Return by how much a plane rolls against its ailerons, or why that is not known.
+    """Return by how much a plane turns against its surfaces, or why that is not known.
 
     None where the log does not tell what they are given, which `fdi check` says.
     """
-    rates, asked = body_rates(log), meant(log, "aileron")
-    if rates is None or isinstance(asked, str):
+    rates = body_rates(log)
+    asked = {s: found for s in _SURFACES if not isinstance(found := meant(log, s), str)}
+    if rates is None or not asked:
         return None
-    slowest = max(rates.period, asked.period)
+    slowest = max(rates.period, *(one.period for one in asked.values()))
     if slowest > APART_S:
-        return f"records are {slowest:.1f} s apart, too far to see how the vehicle rolls"
-    angle = rolled_against(rates, asked)
+        return f"records are {slowest:.1f} s apart, too far to see how the vehicle turns"
     count = 1 + round(_KEPT_S / rates.period)
-    kept = maximum_filter1d(angle, count, origin=(count - 1) // 2)  # this one and those before
-    return Columns(rates.t, {"rolled_against": kept}, "OUTPUTS", WINGED)
+    columns = {}
+    for name, surface in zip(WINGED, _SURFACES, strict=True):
+        angle = np.full(rates.t.size, np.nan)
+        if surface in asked:
+            angle = turned_against_surface(surface, rates, asked[surface])
+        # this one and those before
+        columns[name] = maximum_filter1d(angle, count, origin=(count - 1) // 2)
+    return Columns(rates.t, columns, "OUTPUTS", WINGED)
 
 
 def _flown(rates: Series, moments: Floats, flight: Flight) -> LiftOff:

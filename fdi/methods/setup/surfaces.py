@@ -9,7 +9,7 @@ wrong where the vehicle turns against what is meant. PX4 says what each surface 
 Both ways are compared for one axis at a time. In turbulence a controller pushes against what the
 air does, which looks like a reversed surface at one interval length; `judge` asks at several. Where
 a flight is too short for that, as the first one with a reversed aileron is, a plane that rolls by a
-quarter of a turn against its ailerons tells enough.
+quarter of a turn against its ailerons, or pitches so far against its elevator, tells enough.
 """
 
 from __future__ import annotations
@@ -44,7 +44,10 @@ _EXPLAINS: Final = 0.3
 _HALF: Final = 3.0
 _STIRRED: Final = 0.02  # rad/s
 QUARTER_TURN: Final = np.pi / 2
-_SERVO_S: Final = 0.1  # by which a roll follows an output: 60 degrees of a servo take 0.1 to 0.2 s
+_SERVO_S: Final = 0.1
+"""By which a vehicle follows an output: 60 degrees of a servo take 0.1 to 0.2 s."""
+_TURNS: Final = {"aileron": ("rolls", 0), "elevator": ("pitches", 1)}
+"""By which axis a surface tells at once; a fin holds the nose whatever a rudder does."""
 
 
 def check_surfaces(log: Log) -> Iterator[Check]:
@@ -65,8 +68,8 @@ def check_surfaces(log: Log) -> Iterator[Check]:
             )
         else:
             found = _judged(name, axis, rates, given, parts)
-            if surface == "aileron" and found.verdict == "not known":
-                found = _rolled(found, rates, given, parts)
+            if surface in _TURNS and found.verdict == "not known":
+                found = _turned_over(found, surface, rates, given, parts)
             wrong = found.verdict == "wrong"
             yield replace(found, settings=_turned_round(log, surface)) if wrong else found
 
@@ -102,29 +105,35 @@ def _judged(
     return Check(name, "not known", text, numbers, strikes=True)
 
 
-def rolled_against(rates: Series, given: Series) -> Floats:
-    """Return the angle rolled so far at a stretch against what ailerons are meant to do, (n,) rad.
+def turned_against_surface(surface: str, rates: Series, given: Series) -> Floats:
+    """Return the angle turned so far at a stretch against what a surface is meant to do, (n,) rad.
 
     Parameters
     ----------
+    surface : str
+        ``aileron`` (about the roll axis) or ``elevator`` (pitch).
     rates : Series
         (3, n) rad/s.
     given : Series
         As `meant` gives it.
     """
     asked = np.interp(rates.t - _SERVO_S, given.t, given.values[0])
-    return angle_against(rates.t, rates.values[0], asked)
+    return angle_against(rates.t, rates.values[_TURNS[surface][1]], asked)
 
 
-def _rolled(found: Check, rates: Series, given: Series, parts: tuple[Stretch, ...]) -> Check:
-    """Return a check that knows by how much the vehicle rolled against its ailerons."""
+def _turned_over(
+    found: Check, surface: str, rates: Series, given: Series, parts: tuple[Stretch, ...]
+) -> Check:
+    """Return a check that knows by how much the vehicle turned against a surface."""
     if max(rates.period, given.period) > APART_S:
         return found
-    most = float(rolled_against(rates, given)[within(rates.t, parts)].max(initial=0.0))
-    numbers = {**found.numbers, "rolled_against_deg": float(np.degrees(most))}
+    angle = turned_against_surface(surface, rates, given)
+    most = float(angle[within(rates.t, parts)].max(initial=0.0))
+    numbers = {**found.numbers, "turned_against_deg": float(np.degrees(most))}
     if most <= QUARTER_TURN:
         return replace(found, numbers=numbers)
-    text = f"the vehicle rolls by {np.degrees(most):.0f} degrees against what they are meant to do"
+    verb, are = _TURNS[surface][0], "they are" if found.name.endswith("s") else "it is"
+    text = f"the vehicle {verb} by {np.degrees(most):.0f} degrees against what {are} meant to do"
     return replace(found, verdict="wrong", text=text, numbers=numbers)
 
 

@@ -103,8 +103,8 @@ def test_a_reversed_surface_names_the_parameter_that_turns_it_round(tmp_path: Pa
     assert (setting.name, setting.now, setting.suggested) == ("SERVO2_REVERSED", 0.0, 1.0)
 
 
-def launched(path: Path, linkage: int, rate: float = 10.0) -> Path:
-    """Throw a plane whose autopilot holds the wings level; it lies on the ground after 8 s."""
+def launched(path: Path, linkage: int, rate: float = 10.0, axis: int = 0) -> Path:
+    """Throw a plane whose autopilot holds wings or nose level; it lies on the ground after 8 s."""
     parts = [
         record(0.0, mav.MAVLink_param_value_message(name.encode(), float(value), 9, 6, i))
         for i, (name, value) in enumerate(_told((0, 0, 0), told=True))
@@ -113,9 +113,10 @@ def launched(path: Path, linkage: int, rate: float = 10.0) -> Path:
     for k in range(int(14 / STEP)):
         t = k * STEP
         flies = float(np.clip(t - 4, 0, 1)) * (t < 12)
-        meant = np.array([np.clip(-1.5 * angles[0] - 0.2 * rates[0], -1, 1), 0.0, 0.0]) * flies
-        turning = EFFECT * meant * [linkage, 1, 1] - DAMPING * rates
-        turning[0] += rng.normal(0, 3.0) * flies
+        meant = np.zeros(3)
+        meant[axis] = np.clip(-1.5 * angles[axis] - 0.2 * rates[axis], -1, 1) * flies
+        turning = EFFECT * meant * linkage - DAMPING * rates
+        turning[axis] += rng.normal(0, 3.0) * flies
         rates = (rates + turning * STEP) * (flies > 0)
         angles = angles + rates * STEP
         if k % round(1 / rate / STEP) == 0:
@@ -125,28 +126,35 @@ def launched(path: Path, linkage: int, rate: float = 10.0) -> Path:
 
 
 @pytest.mark.parametrize("rate", [4.0, 10.0, 25.0])
-def test_a_plane_that_rolls_over_as_it_is_launched_has_its_ailerons_reversed(
-    tmp_path: Path, rate: float
+@pytest.mark.parametrize(("axis", "component"), [(0, "aileron"), (1, "elevator")])
+def test_a_plane_that_turns_over_as_it_is_launched_has_that_surface_reversed(
+    tmp_path: Path, rate: float, axis: int, component: str
 ) -> None:
-    found = analyze(launched(tmp_path / "plane.tlog", -1, rate))
-    assert found.findings[0].component == "aileron"
+    found = analyze(launched(tmp_path / "plane.tlog", -1, rate, axis))
+    assert found.findings[0].component == component
     assert found.findings[0].onset == pytest.approx(5.5, abs=1.5)
-    (check,) = (one for one in found.setup if one.name == "ailerons")
+    (check,) = (one for one in found.setup if one.name == NAMES[axis])
     assert check.verdict == "wrong"
-    assert [setting.name for setting in check.settings] == ["SERVO1_REVERSED"]
+    assert [setting.name for setting in check.settings] == [f"SERVO{OUTPUTS[axis]}_REVERSED"]
 
 
-def test_an_angle_rolled_against_the_ailerons_counts_from_when_it_is_rolled(tmp_path: Path) -> None:
-    found = response_columns(read(launched(tmp_path / "plane.tlog", -1)))
+@pytest.mark.parametrize(("axis", "name"), [(0, "rolled_against"), (1, "pitched_against")])
+def test_an_angle_against_a_surface_counts_from_when_it_is_turned(
+    tmp_path: Path, axis: int, name: str
+) -> None:
+    found = response_columns(read(launched(tmp_path / "plane.tlog", -1, axis=axis)))
     assert isinstance(found, Columns)
-    angle = found.values["rolled_against"]
+    angle = found.values[name]
     assert (angle[found.t < 4.5] == 0).all()  # it lies in a hand
     assert angle[(found.t > 11.0) & (found.t < 13.0)].min() > np.pi / 2
 
 
 @pytest.mark.parametrize("rate", [4.0, 25.0])
-def test_a_plane_that_is_held_level_rolls_with_its_ailerons(tmp_path: Path, rate: float) -> None:
-    found = analyze(launched(tmp_path / "plane.tlog", 1, rate))
-    assert "aileron" not in {one.component for one in found.findings}
-    (check,) = (one for one in found.setup if one.name == "ailerons")
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_plane_that_is_held_level_turns_with_its_surfaces(
+    tmp_path: Path, rate: float, axis: int
+) -> None:
+    found = analyze(launched(tmp_path / "plane.tlog", 1, rate, axis))
+    assert {"aileron", "elevator"}.isdisjoint(one.component for one in found.findings)
+    (check,) = (one for one in found.setup if one.name == NAMES[axis])
     assert check.verdict != "wrong"
