@@ -170,20 +170,33 @@ def is_present(
     streamed = log.format == "tlog" and log.autopilot != "px4" and message.made_from is None
     if measurement.silence and streamed:
         return False  # ArduPilot sends its streams whatever its sensors do: who stopped one is told
-    if measurement.value is not None or measurement.raw:
+    if measurement.raw:
         return True
-    own = message.unit(channel.field)
+    field = channel.field if measurement.value is None else _meant(measurement.value)
+    if field is None:
+        return True
+    own = message.unit(field)
     if not own and (units.get(wanted) or dimension(wanted)).exponents:
         warnings.append(
             f"{channel}: this log does not state its unit (raw: true takes it as it is)"
         )
         return False
+    if measurement.value is not None:
+        return True
     if not _fits(own, wanted, units):
         raise ModelError(
             f"the log gives {own!r}, the variable {measurement.variable!r} is in {wanted!r}",
             where=str(channel),
         )
     return message.has_known(channel.field)
+
+
+def _meant(value: Expression) -> str | None:
+    """Return the field that a value is of a while of, in its own unit; None for any other value."""
+    if isinstance(value, Apply) and value.operator in OVER_A_WHILE:
+        of = value.arguments[0]
+        return of.name if isinstance(of, Symbol) else None
+    return None
 
 
 def _fits(own: str, wanted: str, units: Mapping[str, Dimension]) -> bool:

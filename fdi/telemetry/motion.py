@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fdi.telemetry.inputs.values import AXES, accelerometers, turning
+from fdi.telemetry.meaning.motors import MOTORS
 from fdi.telemetry.message import Message
 
 Floats = NDArray[np.float64]
@@ -64,7 +65,7 @@ class Motion:
     airspeed: Floats
     turns: Floats  # rad/s
     upright: Floats  # cosine of the tilt, -1 upside down
-    throttle: Floats
+    throttle: Floats  # or what its motors are given, of full
     hover: Floats  # the throttle of a hover, as the autopilot has learned it
     landed_state: Floats  # as the autopilot believes
     force: Floats  # the largest specific force within half a record, m/s^2
@@ -101,7 +102,7 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
     periods = [float(np.median(np.diff(m.t))) for m in felt if len(m) > 1]
     is_dense = bool(periods) and min(periods) <= DENSE_S
     ground_speed, airspeed = at_height(_SPEEDS), at_height(_AIRSPEEDS)
-    throttle, state = map(at_height, (_THROTTLES, _LANDED_STATES))
+    state, throttle = at_height(_LANDED_STATES), _at(t, *_throttles(messages))
     hover = at_height(_HOVERS)
     for default in _UNLEARNED:
         hover[np.abs(hover - default) < _NEAR] = np.nan
@@ -176,6 +177,17 @@ def _first(
             if known.sum() > 2:
                 return message.t[known], values[known]
     return np.empty(0), np.empty(0)
+
+
+def _throttles(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+    """Return times, s, and the throttle; of a log that tells none the mean of its motors."""
+    t, throttle = _first(messages, _THROTTLES)
+    motors = messages.get(MOTORS)
+    if t.size or motors is None:
+        return t, throttle
+    given = np.array([motors.si(name) for name in motors.fields])
+    known = np.isfinite(given).all(axis=0)
+    return (motors.t[known], given[:, known].mean(axis=0)) if known.sum() > 2 else (t, throttle)
 
 
 def _largest_force(felt: Sequence[Message], t: Floats) -> Floats:

@@ -170,6 +170,18 @@ def test_a_channel_whose_unit_the_log_does_not_state_is_left_out_and_told(airfra
     )
 
 
+@pytest.mark.parametrize(("unit", "is_used"), [("m", True), ("", False)])
+def test_a_mean_of_counts_is_no_mean_in_units(tmp_path, unit, is_used):
+    """A receiver or sensor of an autopilot that nobody knows may send counts."""
+    path = tmp_path / "m.yaml"
+    mean = '"xtrack_error:over": {variable: x, value: "kept(xtrack_error, 3)"}'
+    path.write_text(MODEL.replace("xtrack_error: {variable: x}", mean), encoding="utf-8")
+    units = {"xtrack_error": unit, "yaw": "rad"}
+    log = stub_log({"NAV_CONTROLLER_OUTPUT": ["xtrack_error"], "ATTITUDE": ["yaw"]}, units=units)
+    found = names(load_airframe(path).observe(log))
+    assert any("xtrack_error:over" in name for name in found) == is_used
+
+
 def test_a_unit_spelled_otherwise_fits(airframe):
     log = stub_log({"VFR_HUD": ["airspeed"]}, units={"airspeed": "m*Hz"})
     assert names(airframe.observe(log)) == ["VFR_HUD.airspeed"]

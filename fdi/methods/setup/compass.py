@@ -134,9 +134,12 @@ def all_readings(log: Log) -> dict[int, Series]:
     return {number: readings for number, readings in told if readings is not None}
 
 
-def compass_readings(log: Log, key: str) -> Series | None:
-    """Return what a compass reads, (3, n) T; None for one that is not there or says nothing."""
-    found = series(log, key, FIELDS)
+def compass_readings(log: Log, key: str, *, in_units: bool = False) -> Series | None:
+    """Return what a compass reads, (3, n) T; None for one that is not there or says nothing.
+
+    Of a log that states no unit counts, whose direction tells as much; not ``in_units``.
+    """
+    found = series(log, key, FIELDS, in_units=in_units)
     return found if found is not None and np.any(np.ptp(found.values, axis=1)) else None
 
 

@@ -162,7 +162,7 @@ def check_interference(log: Log) -> Iterator[Check]:
     current = series(log, "BATTERY_STATUS", ("current_battery",))
     known, model = attitude(log), earth_field(log)
     for number, key in enumerate(COMPASSES, 1):
-        readings = compass_readings(log, key)
+        readings = compass_readings(log, key, in_units=True)
         if readings is None:
             continue
         name = f"interference at compass {number}"
