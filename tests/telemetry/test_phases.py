@@ -364,6 +364,19 @@ class Column(dict):
     def si(self, name):
         return self[name]
 
+    @property
+    def fields(self):
+        return tuple(self)
+
+
+@pytest.mark.parametrize(("told", "throttle"), [(None, 0.4), (0.7, 0.7)])
+def test_a_throttle_that_no_record_tells_is_the_mean_of_the_motors(told, throttle):
+    shares = {f"motor_{i}": np.full(T.size, 0.1 + 0.12 * i) for i in range(1, 5)}
+    messages = {"LOCAL_POSITION_NED": Column(z=-T), "MOTORS": Column(shares)}
+    if told is not None:
+        messages["VFR_HUD"] = Column(throttle=np.full(T.size, told))
+    np.testing.assert_allclose(motion_of(messages).throttle, throttle)
+
 
 @pytest.mark.parametrize(("scatter", "asked"), [(0.2, True), (20.0, False)])
 def test_a_barometer_that_scatters_is_not_asked(scatter, asked):
