@@ -22,7 +22,7 @@ from fdi.model.given import Given
 from fdi.model.system import ParameterValue, System, SystemEquation
 from fdi.residuals import newton
 from fdi.residuals.bank import Bank, Generator
-from fdi.residuals.differentiate import Differentiation, differentiate
+from fdi.residuals.differentiate import RESOLVED, Differentiation, differentiate
 from fdi.residuals.evaluate import SAME
 from fdi.residuals.node import Node
 from fdi.residuals.reads import needed_for
@@ -81,6 +81,7 @@ from typing import NamedTuple
 import numpy as np
 
 TIED = {tied!r}
+RESOLVED = {resolved!r}
 
 '''
 
@@ -143,7 +144,9 @@ def python_module(bank: Bank, differentiation: Differentiation | None = None) ->
     signatures = dict(zip((g.id for g in bank.generators), bank.signature_names(), strict=True))
     half = "1" if recipe.method == "backward_from_zero" else "half"
     parts = [
-        HEAD.format(name=bank.system.name, version=__version__, tied=newton.TIED),
+        HEAD.format(
+            name=bank.system.name, version=__version__, tied=newton.TIED, resolved=float(RESOLVED)
+        ),
         f"METHOD = {recipe.method!r}\n",
         _table(
             "PARAMETERS", {n: f"np.float64({float(p.value)!r})" for n, p in _used(bank, needed)}
