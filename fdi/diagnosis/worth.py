@@ -1,8 +1,9 @@
 """What are the probabilities worth, on which kind of flights?
 
 In: ``worth.json`` beside this file, by ``benchmarks/worth.py``: of the accusations given at
-least `AT_LEAST` on flights that the weights were not fitted to, how many were right. Out: a
-sentence for a report. Under a model that the weights were not fitted with nothing is known.
+least `AT_LEAST` on flights that the weights were not fitted to, how many were right; on those that
+people flew, tests and tolerances were made with them in sight. Out: a sentence for a report. Under
+a model that the weights were not fitted with nothing is known.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def worth_of(airframe: Airframe) -> str:
     return (
         f"What the percentages are worth: of accusations given {100 * tried['at_least']:.0f} % or "
         f"more {simulated['right']} of {simulated['given']} were right on simulated flights not "
-        f"seen before, and {recorded['right']} of {recorded['given']} on flights that people flew."
+        f"seen before, and {recorded['right']} of {recorded['given']} on flights that people flew, "
+        "which had been seen."
     )
 
 

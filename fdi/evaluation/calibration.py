@@ -36,15 +36,22 @@ Judged = Sequence[tuple[float, bool]]
 
 
 def judged(found: Evaluation) -> Iterator[tuple[Label, Mapping[str, Any], bool]]:
-    """Yield every accusation that counts: its flight, the finding, and whether it is right."""
+    """Yield every accusation that counts: its flight, the finding, and whether it is right.
+
+    On a flight without a fault that of a component which its label accepts does not: whoever
+    labelled it could not say that it was sound, nor that it had failed.
+    """
     for one, row in zip(found.scores, found.rows, strict=True):
         until = one.label.evaluate_until
         true = one.label.onset
         for finding in row["findings"]:
             if until is not None and finding["onset_s"] > until:
                 continue
+            names = is_right(finding["component"], one.label)
+            if true is None and names:
+                continue
             in_time = true is not None and finding["onset_s"] >= true - EARLY_S
-            yield one.label, finding, in_time and is_right(finding["component"], one.label)
+            yield one.label, finding, in_time and names
 
 
 def stated(found: Evaluation) -> Judged:

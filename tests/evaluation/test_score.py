@@ -219,6 +219,15 @@ def test_accusations_are_judged_by_time_and_component_for_their_confidence():
     ]  # fmt: skip
 
 
+def test_on_a_healthy_flight_an_accusation_that_the_label_accepts_is_neither_right_nor_wrong():
+    findings = row(("gps", 10.0), ("battery", 20.0))
+    for one in findings["findings"]:
+        one["confidence"] = 0.9
+    told = label(accept=("gps",))
+    found = Evaluation((score(told, findings),), (findings,))
+    assert stated(found) == [(0.9, False)]
+
+
 def test_whoever_is_accused_and_had_nothing_to_do_with_it_is_wrong_whenever_that_begins():
     found = row(("battery", 90.0), ("gps", 10.0), ("power", 39.0), ("battery", 95.0))
     one = score(label(GPS, accept=("power",)), found)
