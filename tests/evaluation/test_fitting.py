@@ -37,6 +37,7 @@ TRUTH = Fitted(
         "near": 0.5,
         "quiet": 0.5,
         "healed": -0.5,
+        "mended": -0.5,
         "late": -1.0,
         "explains": 0.5,
         "computed": -1.0,
