@@ -1,14 +1,11 @@
 """Which weights suit the labelled flights, and how much hangs on the numbers that are not fitted?
 
-    .venv/bin/python benchmarks/fit.py [--only FEATURE] [--write] [--sensitivity]
-                                       [--closed-loop DIR] [--workers N]
+    .venv/bin/python benchmarks/fit.py [--write] [--sensitivity] [--closed-loop DIR] [--workers N]
 
 Does what ``fdi fit`` does on ../shared/flights beside the repository, the closed-loop flights among
 them, and prints the weights with their intervals. With ``--write`` they go into
 fdi/diagnosis/likelihood.json and between the markers of docs/evaluation.md. To be done after every
 change of what alarms, of the features or of `affects`, before ``benchmarks/evaluation.py --write``.
-
-With ``--only`` all other weights are held as they are shipped: for a feature that is new.
 
 With ``--sensitivity`` it asks instead what the flights score, out of sample by recording, where a
 stated number of the mechanism is half and twice what it is; ``--write`` then writes that table
@@ -95,7 +92,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="into the package and the page")
     parser.add_argument("--sensitivity", action="store_true", help="of the stated numbers instead")
-    parser.add_argument("--only", choices=[*features.FEATURES], help="hold all other weights")
     add_options(parser)
     given = parser.parse_args()
     if reason := missing(given.closed_loop):
@@ -108,16 +104,12 @@ def main() -> int:
         if given.write:
             put(text, "sensitivity")
         return 0
-    held = {
-        n: w for n, w in likelihood.load_fitted().weights.items() if given.only not in (None, n)
-    }
-    found = fit(lessons_of(flown), held)
+    found = fit(lessons_of(flown))
     text = fit_text(found)
     print(text)
     if given.write:
         DATA.write_text(json_text(fitted_document(found)), "utf-8")
-        asked = f"{COMMAND} --only {given.only}" if given.only else COMMAND
-        put(f"`{asked} --write` printed:\n\n{text}", "weights")
+        put(f"`{COMMAND} --write` printed:\n\n{text}", "weights")
     return 0
 
 

@@ -26,8 +26,6 @@ LEAST: Final = 0.05
 """Of its threshold; less is as quiet as can be."""
 WELL: Final = 0.5
 """Of its threshold; a test that stays above has not come to rest after an alarm."""
-MACHINES: Final = frozenset({"propulsion", "airframe"})
-"""Groups of components that do not mend themselves, as a receiver or a link may."""
 SIMULTANEOUS_S: Final = 2.0
 """Alarms this close together are not ordered: persistence and sampling blur onsets by as much."""
 
@@ -84,12 +82,6 @@ FEATURES: Final[Mapping[str, Feature]] = {
     ),
     "healed": Feature(
         -1, "how long it has been well again", "its tests were quiet again, for # in all", _seconds
-    ),
-    "mended": Feature(
-        -1,
-        "how long a machine has been well again",
-        "it is a machine, and what breaks stays broken: its tests were quiet again, for # in all",
-        _seconds,
     ),
     "late": Feature(
         -1,
@@ -207,7 +199,6 @@ def features(
         alone = held & only & ~whom.supports
         since = float(done.onset[mine].min())
         below = [n for n in reach[name] if n in own and began[n] >= since - SIMULTANEOUS_S]
-        healed = np.log1p(done.well_again(mine))
         values = {
             "one": 1.0,
             "tests": np.log1p(len(set(whom.residual[mine]))),
@@ -215,8 +206,7 @@ def features(
             "fit": _fit(name, done, evidence, whom),
             "near": min(float(done.near[judged].max()), 0.0) if judged.any() else 0.0,
             "quiet": float(done.near[unique].clip(max=0.0).max()) if unique.any() else 0.0,
-            "healed": healed,
-            "mended": healed if component.group in MACHINES else 0.0,
+            "healed": np.log1p(done.well_again(mine)),
             "late": np.log1p(max(since - done.at, 0.0)),
             "explains": max((own[n] for n in below), default=0.0),
             "computed": float(component.computed),

@@ -34,7 +34,7 @@ def worth_of(airframe: Airframe) -> str:
         f"What the percentages are worth: of accusations given {100 * tried['at_least']:.0f} % or "
         f"more {simulated['right']} of {simulated['given']} were right on simulated flights not "
         f"seen before, and {recorded['right']} of {recorded['given']} on flights that people flew, "
-        "which had been seen."
+        "known when it was made."
     )
 
 

@@ -14,7 +14,7 @@ count as the root of n, and a recording in two formats counts once, half for eac
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
@@ -124,15 +124,13 @@ def lessons_of(flights: Sequence[Flown]) -> list[list[Lesson]]:
     return [lessons(one, copies[one.recording]) for one in flights]
 
 
-def fit(taught: Sequence[Sequence[Lesson]], held: Mapping[str, float] | None = None) -> Fit:
+def fit(taught: Sequence[Sequence[Lesson]]) -> Fit:
     """Return the weights that suit what flights teach best.
 
     Parameters
     ----------
     taught : sequence of sequence of Lesson
         By flight.
-    held : mapping of str to float, optional
-        Weights that are not fitted, by feature.
 
     Raises
     ------
@@ -152,10 +150,6 @@ def fit(taught: Sequence[Sequence[Lesson]], held: Mapping[str, float] | None = N
     problem = _Problem(known)
     at = np.zeros(len(FEATURES))
     bounds = [{0: (None, None), 1: (0.0, None), -1: (None, 0.0)}[f.sign] for f in FEATURES.values()]
-    for place, name in enumerate(FEATURES):
-        if held and name in held:
-            at[place] = held[name] * problem.unit[place]
-            bounds[place] = (at[place], at[place])
     found = minimize(problem.loss, at, jac=True, method="L-BFGS-B", bounds=bounds).x
     flights = round(sum(1.0 / own[0].copies for own in taught if own), 1)
     weights = dict(zip(FEATURES, (found / problem.unit).tolist(), strict=True))

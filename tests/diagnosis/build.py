@@ -29,7 +29,6 @@ WEIGHTS = Fitted(
         "near": 1.5,
         "quiet": 0.5,
         "healed": -0.75,
-        "mended": -0.5,
         "late": -1.5,
         "explains": 1.5,
         "computed": -4.5,

@@ -273,16 +273,6 @@ def test_of_several_tests_the_last_alarm_and_the_worst_since_tell_what_is_healed
     assert well_for({PAIR: [(40, 60)]}, share={OTHER: 0.9}) == pytest.approx(40, abs=1.01 * SAMPLE)
 
 
-@pytest.mark.parametrize(
-    ("group", "is_machine"), [("propulsion", True), ("airframe", True), ("sensor", False)]
-)
-def test_that_a_machine_mends_itself_counts_by_itself(group, is_machine):
-    grouped = TEXT.replace("  gps: {affects", f"  gps: {{group: {group}, affects")
-    found = told({PAIR: [(40, 60)]}, bank=bank_of(grouped))["gps"]
-    assert math.expm1(found["healed"]) == pytest.approx(40, abs=1.01 * SAMPLE)
-    assert found["mended"] == (found["healed"] if is_machine else 0.0)
-
-
 def test_while_a_test_is_unknown_nothing_is_seen_to_be_healed():
     unknown = {PAIR: [(70, 100)]}
     assert well_for({PAIR: [(40, 60)]}, unknown=unknown) == pytest.approx(10, abs=1.01 * SAMPLE)

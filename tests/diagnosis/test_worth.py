@@ -14,6 +14,7 @@ def test_a_shipped_model_is_told_with_the_counts_of_its_trials():
     told = worth_of(load_airframe("quadcopter"))
     for kind in ("simulated", "recorded"):
         assert f"{tried[kind]['right']} of {tried[kind]['given']}" in told
+    assert told.endswith("on flights that people flew, known when it was made.")
 
 
 def test_a_model_of_ones_own_is_not_calibrated(tmp_path):

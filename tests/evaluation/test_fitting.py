@@ -37,7 +37,6 @@ TRUTH = Fitted(
         "near": 0.5,
         "quiet": 0.5,
         "healed": -0.5,
-        "mended": -0.5,
         "late": -1.0,
         "explains": 0.5,
         "computed": -1.0,
@@ -70,13 +69,6 @@ def test_weights_that_the_lessons_follow_are_found():
     found = fit(drawn(4000)).fitted
     for name, weight in TRUTH.weights.items():
         assert found.weights[name] == pytest.approx(weight, abs=0.3), name
-
-
-def test_weights_that_are_held_stay_and_the_other_is_found_beside_them():
-    others = {name: weight for name, weight in TRUTH.weights.items() if name != "alone"}
-    found = fit(drawn(2000), others).fitted
-    assert {name: found.weights[name] for name in others} == pytest.approx(others)
-    assert found.weights["alone"] == pytest.approx(TRUTH.weights["alone"], abs=0.3)
 
 
 def test_weights_do_not_depend_on_the_order_of_the_flights():
