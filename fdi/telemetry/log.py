@@ -245,7 +245,9 @@ class Log:
 
     def believing(self) -> Log:
         """Return the log with inputs that it does not bear out unknown (`inputs` says which)."""
-        messages, judge = believed(self.messages, self.reported, wings=self._wings != "none")
+        messages, judge = believed(
+            self.messages, self.reported, wings=self._wings != "none", autopilot=self.autopilot
+        )
         return replace(self, messages=messages, judge=judge, _cache={})
 
     @property

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from fdi.model import load_airframe
 from fdi.model.evaluate import evaluate
@@ -171,3 +172,22 @@ def test_an_elevator_trims_lift_at_every_airspeed():
     assert computed("elevator_astray", given) == pytest.approx(np.zeros(3), abs=1e-12)
     stuck = given | {"elevator_mean": deflection + 0.3}
     assert computed("elevator_astray", stuck) == pytest.approx(np.full(3, 0.3))
+
+
+def residual(name, given):
+    """Return by how much an equation of the model does not hold."""
+    of = next(e for e in model("fixed_wing").equations if e.name == name)
+    return evaluate(of.left, given) - evaluate(of.right, given)
+
+
+@pytest.mark.parametrize("axis", np.eye(3))
+@pytest.mark.parametrize("pitch", [0.0, 0.6, 1.5])
+@pytest.mark.parametrize("name", ["att_7", "ctl_1"])
+def test_attitudes_a_degree_apart_are_so_however_steep_the_nose(name, pitch, axis):
+    """At 86 degrees one degree about a level axis changes the roll angle by twelve."""
+    own = Rotation.from_euler("ZYX", [0.3, pitch, 0.2])
+    other = Rotation.from_rotvec(np.radians(1.0) * axis) * own
+    second = other.as_euler("ZYX")[2]
+    given = {"roll": 0.2, "pitch": pitch, "roll_2": second, "roll_demand": second}
+    apart = computed("roll_error", given) if name == "ctl_1" else residual(name, given)
+    assert abs(float(apart)) < np.radians(1.01)

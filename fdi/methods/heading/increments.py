@@ -31,6 +31,7 @@ from fdi.methods.heading.compute import compass_heading
 from fdi.methods.heading.geodesy import wrap
 from fdi.methods.heading.motion import FIX_LATE_S, Bools, Fixes, Ride, gap_between
 from fdi.methods.heading.tilt import (
+    UPRIGHT,
     G,
     accelerometer_tilt,
     angle_rates,
@@ -130,7 +131,7 @@ def gyroscopes_apart(ride: Ride, grid: Floats, length: float) -> Iterator[Pair]:
             change(ride.t, integral(ride.t, one), grid, grid - length)
             for one in (np.where(unknown, 0.0, more), unknown.astype(np.float64))
         )
-        by[lost > 0] = np.nan
+        by[(lost > 0) | _upended(ride, ride.angles, grid, grid - length)] = np.nan
         yield pair_of(ride, grid, f"gyroscope-gyroscope {number}", wrap(by), sigma)
 
 
@@ -151,10 +152,12 @@ def turns(ride: Ride, grid: Floats, length: float) -> dict[str, Turn]:
     gyro = change(ride.t, integral(ride.t, turned[2]), grid, before)
     between = _between(ride, turned[2], _steps(ride, angles[2]), grid, before)
     compass, doubt = _compass(ride, angles, turned, grid, before)
+    estimator = change(ride.t, angles[2], grid, before)
     gap = gap_between(ride.t, before, grid)
     for own in (gyro, compass):
         own[gap] = np.nan
-    estimator = change(ride.t, angles[2], grid, before)
+    for own in (gyro, compass, estimator):
+        own[_upended(ride, angles, grid, before)] = np.nan
     late = _sampled_late(ride, turned[2], grid, before)
     return {
         "compass": Turn(compass, np.hypot(doubt, STATED["compass"])),
@@ -215,7 +218,7 @@ def _gravity_turned(ride: Ride, grid: Floats, length: float) -> Pair:
     leant = [np.where(_is_steady(ride), own, np.nan) for own in accelerometer_tilt(ride.force)]
     angles = np.zeros((3, ride.t.size)) if ride.angles is None else ride.angles
     turned = angle_rates(angles[0], angles[1], ride.rates)
-    gap = gap_between(ride.t, before, grid)
+    gap = gap_between(ride.t, before, grid) | _upended(ride, angles, grid, before)
     *pulled, left = _pulled(ride)
     doubt = np.hypot(STATED["accelerometer"], _both(ride, left, grid, before))
     found = []
@@ -283,6 +286,14 @@ def _field_turned(ride: Ride, grid: Floats, length: float) -> Pair:
         + _deviates(ride, grid, before) ** 2
     )
     return pair_of(ride, grid, name, off, sigma, kind)
+
+
+def _upended(ride: Ride, angles: Floats, grid: Floats, before: Floats) -> Bools:
+    """Return in which windows the nose comes so near to the vertical that no heading is told."""
+    steep = np.insert(np.cumsum(np.abs(angles[1]) > UPRIGHT), 0, 0)
+    first = np.searchsorted(ride.t, before)
+    last = np.searchsorted(ride.t, grid, side="right")
+    return np.asarray(steep[last] > steep[first])
 
 
 def _deviates(ride: Ride, grid: Floats, before: Floats) -> Floats:

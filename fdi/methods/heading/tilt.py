@@ -19,6 +19,8 @@ from fdi.telemetry.message import Floats
 G: Final = 9.80665
 _STEEP: Final = np.radians(85.0)
 """Beyond, roll is no longer told from heading: the tangent of the pitch is held."""
+UPRIGHT: Final = np.radians(60.0)
+"""Pitched further, an attitude that is off by a degree turns roll and heading by two and more."""
 
 
 def accelerometer_tilt(force: Floats) -> tuple[Floats, Floats]:

@@ -18,6 +18,7 @@ from fdi.telemetry.inputs.attitude import judge_attitude
 from fdi.telemetry.inputs.battery import judge_batteries
 from fdi.telemetry.inputs.demands import judge_demands
 from fdi.telemetry.inputs.outputs import judge_outputs
+from fdi.telemetry.inputs.pulses import STEERS, judge_pulses
 from fdi.telemetry.inputs.values import Input, Judged, Mask
 from fdi.telemetry.inputs.velocity import ESTIMATED, judge_velocity
 from fdi.telemetry.message import Column, Floats, Message
@@ -27,16 +28,20 @@ Judge = Callable[[], tuple[Judged, ...]]
 _JUDGED: Final = {
     "ATTITUDE": None,
     "MOTORS": None,
-    "NAV_CONTROLLER_OUTPUT": ("nav_roll", "nav_pitch"),
     "SYS_STATUS": ("battery_remaining", "current_battery"),
     "BATTERY_STATUS": ("battery_remaining", "current_battery"),
     **ESTIMATED,
+    **STEERS,
 }
 """The messages whose fields are judged; None: all of them."""
 
 
 def believed(
-    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool = True
+    messages: Mapping[str, Message],
+    reported: Sequence[Event],
+    *,
+    wings: bool = True,
+    autopilot: str = "",
 ) -> tuple[dict[str, Message], Judge]:
     """Return the messages with what is not believed of them unknown, and what was judged of them.
 
@@ -48,12 +53,14 @@ def believed(
         Arming and modes.
     wings : bool
         Whether wings may carry the vehicle; else rotors alone do.
+    autopilot : str
+        As in `Log`.
     """
     known = dict(messages)
 
     @cache
     def judge() -> tuple[Judged, ...]:
-        return tuple(_judge(messages, reported, wings=wings))
+        return tuple(_judge(messages, reported, wings=wings, autopilot=autopilot))
 
     @cache
     def unbelieved() -> dict[_Field, Mask]:
@@ -86,13 +93,14 @@ def _of(unbelieved: Callable[[], dict[_Field, Mask]], field: _Field) -> Mask | N
 
 
 def _judge(
-    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool
+    messages: Mapping[str, Message], reported: Sequence[Event], *, wings: bool, autopilot: str
 ) -> Iterator[Judged]:
     armed = _armed(reported)
     yield from judge_outputs(messages, armed)
     yield from judge_attitude(messages, armed)
     yield from judge_velocity(messages, armed)
-    yield from judge_demands(messages, reported, wings=wings)
+    idle = tuple(judge_pulses(messages, armed)) if autopilot == "ardupilot" else ()
+    yield from idle or judge_demands(messages, reported, wings=wings)
     yield from judge_batteries(messages, armed)
 
 

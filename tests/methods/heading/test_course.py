@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fdi.methods.heading.course import COURSE_S, course_pairs
+from fdi.methods.heading.increments import heading_pairs
 from fdi.methods.heading.motion import Fixes, Ride
 
 T = np.arange(0.0, 120.0, 0.1)
@@ -106,3 +107,36 @@ def test_a_course_that_is_too_slow_to_tell_a_heading_is_unknown() -> None:
 def test_rotors_go_where_they_like() -> None:
     assert course_pairs(replace(plane(), has_wings=False), GRID) is None
     assert course_pairs(replace(plane(), fixes=None), GRID) is None
+
+
+def looping(between: tuple[float, float]) -> Ride:
+    """Return a flight that pitches up to the vertical and beyond within a time, and comes down."""
+    ride = plane()
+    assert ride.angles is not None
+    assert ride.fixes is not None
+    turned = 2 * np.pi * np.clip((T - between[0]) / (between[1] - between[0]), 0.0, 1.0)
+    on_back = np.cos(turned) < 0  # as 3-2-1 angles: roll and heading turn round at the vertical
+    level, _, yaw = ride.angles
+    angles = np.array([level + np.pi * on_back, np.arcsin(np.sin(turned)), yaw + np.pi * on_back])
+    rates = ride.rates.copy()
+    rates[1] += np.gradient(turned, T)
+    at = ride.fixes.t
+    ahead = np.cos(np.interp(at, T, turned))
+    north, east = (
+        (way - wind) * ahead + wind
+        for way, wind in zip((ride.fixes.north, ride.fixes.east), WIND, strict=True)
+    )
+    return replace(
+        ride, angles=angles, rates=rates, fixes=replace(ride.fixes, north=north, east=east)
+    )
+
+
+def test_no_heading_is_told_over_a_loop_and_another_one_is():
+    """Straight on until 60 s: a loop from 40 to 46 s turns no heading, whatever angles say."""
+    pairs = heading_pairs(looping((40.0, 46.0)), GRID)
+    assert {pair.name for pair in pairs} >= {"compass-gyroscope", "gyroscope-estimator"}
+    for pair in pairs:
+        over = (GRID > 42.0) & (GRID < 49.0)  # the windows that hold the nose beyond 60 degrees
+        assert np.isnan(pair.off[over]).all()
+        assert np.isfinite(pair.off[(GRID > 52.0) | (GRID < 40.0)]).all()
+        assert np.nanmax(np.abs(pair.off) / pair.sigma) < 5

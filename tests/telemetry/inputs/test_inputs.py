@@ -28,8 +28,9 @@ def flying(turns=1.0):
     return message("ATTITUDE", {"roll": SWINGS, "pitch": SWINGS, **rates})
 
 
-def judged(*messages, wings=True):
-    found, judge = believed({m.key: m for m in messages}, ARMED, wings=wings)
+def judged(*messages, wings=True, autopilot=""):
+    by_key = {m.key: m for m in messages}
+    found, judge = believed(by_key, ARMED, wings=wings, autopilot=autopilot)
     return found, {one.name: one for one in inputs_of(judge())}
 
 
@@ -342,3 +343,30 @@ def test_without_a_gyroscope_the_attitude_tells_how_it_turns(nose):
     body = 1.5 - 2.0 * np.sin(nose), 2.0 * np.cos(nose)
     assert turning({"ATTITUDE": attitude}, T) == pytest.approx(np.hypot(*body))
     assert np.isnan(turning({}, T)).all()
+
+
+def recorded(pulses, turns=1.0):
+    """What an autopilot records of a flight: its outputs, a demand of its own, and a throttle."""
+    silent = np.where(pulses, 1500.0, 0.0)
+    servos = message("SERVO_OUTPUT_RAW", {"servo1_raw": 0 * T, "servo3_raw": silent}, 1.0, (0.0,))
+    hud = message("VFR_HUD", {"throttle": 0 * T, "airspeed": 20 + T})
+    return flying(turns), demand(SWINGS, SWINGS), servos, hud
+
+
+def test_who_gives_no_output_a_pulse_steers_nothing():
+    found, told = judged(*recorded(T < 0.0), autopilot="ardupilot")
+    assert told["demands and throttle"].believed is False
+    assert "demanded attitude" not in told
+    assert not found["NAV_CONTROLLER_OUTPUT"].has_known("nav_pitch")
+    assert not found["VFR_HUD"].has_known("throttle")
+    assert found["VFR_HUD"].has_known("airspeed")
+
+
+@pytest.mark.parametrize(
+    ("pulses", "turns", "autopilot"),
+    [(T > 40.0, 1.0, "ardupilot"), (T < 0.0, 0.0, "ardupilot"), (T < 0.0, 1.0, "px4")],
+)
+def test_who_gives_one_a_pulse_or_rests_or_logs_another_board_may_steer(pulses, turns, autopilot):
+    found, told = judged(*recorded(pulses, turns), autopilot=autopilot)
+    assert "demands and throttle" not in told
+    assert found["VFR_HUD"].has_known("throttle")
