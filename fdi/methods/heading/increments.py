@@ -431,8 +431,15 @@ def _sampled_late(ride: Ride, rate: Floats, grid: Floats, before: Floats) -> Flo
 
 
 def _is_steady(ride: Ride) -> Bools:
-    """Return where specific force is nearly gravity's: elsewhere it tells no tilt."""
-    return np.asarray(np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G)
+    """Return where specific force is nearly gravity's: elsewhere it tells no tilt.
+
+    At the top of a loop it may be as much, and points the other way: who lies on the side or the
+    back is never steady.
+    """
+    steady = np.abs(np.linalg.norm(ride.force, axis=0) - G) < STEADY * G
+    if ride.angles is not None:
+        steady &= ~(np.cos(ride.angles[0]) * np.cos(ride.angles[1]) < np.cos(UPRIGHT))
+    return np.asarray(steady)
 
 
 def _accelerations(ride: Ride, length: float = TAU_S) -> tuple[Floats, Floats, Floats]:
@@ -504,7 +511,10 @@ def integral(t: Floats, rate: Floats) -> Floats:
 
 
 def _trailing(ride: Ride, angles: Floats, length: float = TAU_S) -> Floats:
-    """Return the mean of angles over a time before each record; unknown ones do not count."""
+    """Return the mean of angles over a time before each record; of what is known for half of it.
+
+    A vehicle thrown about feels the weight of one that stands for moments, whatever its tilt.
+    """
     known = np.isfinite(angles)
     smooth = np.where(known, angles, 0.0)
     total, count = (np.insert(np.cumsum(x), 0, 0.0) for x in (smooth, known.astype(float)))
@@ -512,7 +522,7 @@ def _trailing(ride: Ride, angles: Floats, length: float = TAU_S) -> Floats:
     last = np.arange(1, ride.t.size + 1)
     seen = count[last] - count[first]
     mean = (total[last] - total[first]) / np.maximum(seen, 1)
-    return np.where(seen > 0, mean, np.nan)
+    return np.where((seen > 0) & (2 * seen >= last - first), mean, np.nan)
 
 
 def change(t: Floats, values: Floats, grid: Floats, before: Floats) -> Floats:

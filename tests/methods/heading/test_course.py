@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from fdi.methods.heading.course import COURSE_S, course_pairs
-from fdi.methods.heading.increments import heading_pairs
+from fdi.methods.heading.increments import heading_pairs, sensor_pairs
 from fdi.methods.heading.motion import Fixes, Ride
+from fdi.methods.heading.tilt import G
+from fdi.methods.setup.rotations import to_earth
 
 T = np.arange(0.0, 120.0, 0.1)
 GRID = np.arange(30.0, 115.0, 1.0)
@@ -109,34 +111,44 @@ def test_rotors_go_where_they_like() -> None:
     assert course_pairs(replace(plane(), fixes=None), GRID) is None
 
 
-def looping(between: tuple[float, float]) -> Ride:
-    """Return a flight that pitches up to the vertical and beyond within a time, and comes down."""
+LOOP = (40.0, 40.0 + np.pi * SPEED / G)
+"""At twice gravity, so that at the top it feels what a vehicle feels that stands: upside down."""
+
+
+def looping() -> Ride:
+    """Return a flight that pitches up through a whole turn, and goes on as before."""
     ride = plane()
     assert ride.angles is not None
     assert ride.fixes is not None
-    turned = 2 * np.pi * np.clip((T - between[0]) / (between[1] - between[0]), 0.0, 1.0)
+    turned = 2 * np.pi * np.clip((T - LOOP[0]) / (LOOP[1] - LOOP[0]), 0.0, 1.0)
     on_back = np.cos(turned) < 0  # as 3-2-1 angles: roll and heading turn round at the vertical
     level, _, yaw = ride.angles
     angles = np.array([level + np.pi * on_back, np.arcsin(np.sin(turned)), yaw + np.pi * on_back])
     rates = ride.rates.copy()
     rates[1] += np.gradient(turned, T)
+    force = np.array([G * np.sin(turned), level, -G * np.cos(turned) - SPEED * rates[1]])
+    field = np.einsum("nji,j->in", to_earth(*angles), np.array([2e-5, 0.0, 4e-5]))
     at = ride.fixes.t
     ahead = np.cos(np.interp(at, T, turned))
     north, east = (
         (way - wind) * ahead + wind
         for way, wind in zip((ride.fixes.north, ride.fixes.east), WIND, strict=True)
     )
-    return replace(
-        ride, angles=angles, rates=rates, fixes=replace(ride.fixes, north=north, east=east)
-    )
+    fixes = replace(ride.fixes, north=north, east=east)
+    return replace(ride, angles=angles, rates=rates, force=force, field=field, fixes=fixes)
 
 
 def test_no_heading_is_told_over_a_loop_and_another_one_is():
     """Straight on until 60 s: a loop from 40 to 46 s turns no heading, whatever angles say."""
-    pairs = heading_pairs(looping((40.0, 46.0)), GRID)
+    pairs = heading_pairs(looping(), GRID)
     assert {pair.name for pair in pairs} >= {"compass-gyroscope", "gyroscope-estimator"}
     for pair in pairs:
         over = (GRID > 42.0) & (GRID < 49.0)  # the windows that hold the nose beyond 60 degrees
         assert np.isnan(pair.off[over]).all()
         assert np.isfinite(pair.off[(GRID > 52.0) | (GRID < 40.0)]).all()
         assert np.nanmax(np.abs(pair.off) / pair.sigma) < 5
+
+
+def test_who_feels_his_weight_on_his_back_does_not_lean_as_he_feels():
+    for pair in sensor_pairs(looping(), GRID):
+        assert np.nanmax(np.abs(pair.off) / pair.sigma) < 5, pair.name
