@@ -5,7 +5,7 @@ outputs.py   what motors and surfaces are given: is it what drives them?
 attitude.py  the estimated attitude: does the accelerometer feel the same down?
 velocity.py  estimated position and velocity over ground: does anything tell them?
 demands.py   the demanded attitude: does anything follow it?
-pulses.py    the outputs: does the autopilot move anything?
+steering.py  the outputs: does the autopilot move anything?
 battery.py   charge and current: are they measured?
 belief.py    all of them, and a log without what is not believed
 """

@@ -18,7 +18,7 @@ from fdi.telemetry.inputs.attitude import judge_attitude
 from fdi.telemetry.inputs.battery import judge_batteries
 from fdi.telemetry.inputs.demands import judge_demands
 from fdi.telemetry.inputs.outputs import judge_outputs
-from fdi.telemetry.inputs.pulses import STEERS, judge_pulses
+from fdi.telemetry.inputs.steering import STEERS, judge_pulses
 from fdi.telemetry.inputs.values import Input, Judged, Mask
 from fdi.telemetry.inputs.velocity import ESTIMATED, judge_velocity
 from fdi.telemetry.message import Column, Floats, Message

@@ -7,6 +7,9 @@ not fly) moves, and the vehicle does not: by it a sound controller fails from th
 The trap: a controller that fails later does not follow either, so only the first half of the time
 in motion is asked, and both axes, of which a surface that is stuck leaves one. Rotors roll and
 pitch a vehicle by the same means: there one axis is enough, if it is missed by more than it moves.
+
+Wings that miss both axes and stay in the air for minutes are flown by somebody else, whether the
+demand moves or not: an autopilot is on board that only records.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from typing import Final
 import numpy as np
 
 from fdi.telemetry.events import Event, flight_state
+from fdi.telemetry.inputs.steering import steered_by_others
 from fdi.telemetry.inputs.values import LEAST, TURNS, Judged, first_half, judged, turning
 from fdi.telemetry.message import Floats, Message
 
@@ -30,6 +34,13 @@ motion at all misses by as much as the demand moves. Of 100 logs those that foll
 times, those that do not by 4 to 45 times. On rotors twice as much about one axis is enough: of
 382 logs (all in sight) those of one vehicle, which another controller flies, miss about the worse
 axis by up to 14 times, where both are told, all others by up to 1.6."""
+
+FLOWN_AWAY: Final = float(np.radians(10.0))
+"""rad: wings that miss both axes by so much in the median are steered by somebody else. Chosen: of
+134 logs of wings those that follow miss the nearer axis by 5 degrees at most, four of planes that a
+pilot flies by another receiver by 14 to 25; with 5 or 13 none is judged otherwise."""
+FLOWN_S: Final = 60.0
+"""No aeroplane that its autopilot has lost about both axes flies on for so long."""
 
 
 def judge_demands(
@@ -64,35 +75,44 @@ def judge_demands(
     if half.sum() < LEAST:
         yield judged(name, demand, fields, None, "too few records while the attitude is controlled")
         return
-    is_told = [
+    seen = [
         _misses(demand.t[half], wanted[axis, half], attitude, name)
         for axis, name in enumerate(_AXES)
     ]
+    if wings and np.ptp(demand.t[half]) >= FLOWN_S and min(miss for miss, _ in seen) > FLOWN_AWAY:
+        told = _in_words([miss for miss, _ in seen])
+        yield from steered_by_others(messages, f"they are missed in {told}: somebody else steers")
+        return
+    is_told = [(miss, most) if most is not None else None for miss, most in seen]
     if any(miss is None for miss in is_told):
         yield judged(name, demand, fields, None, "it is the same for most of the time")
         return
     misses = [miss for miss in is_told if miss is not None]
     is_lost = not wings and any(miss > STRAYS * move for miss, move in misses)
     if is_lost or all(miss > move for miss, move in misses):
-        told = " and ".join(
-            f"{axis} by {np.degrees(miss):.0f} degrees"
-            for axis, (miss, _) in zip(_AXES, misses, strict=True)
-        )
+        told = _in_words([miss for miss, _ in misses])
         yield judged(name, demand, fields, False, f"nothing follows it: it is missed in {told}")
         return
     yield judged(name, demand, fields, True, "the vehicle follows it")
 
 
-def _misses(t: Floats, wanted: Floats, attitude: Message, axis: str) -> tuple[float, float] | None:
+def _in_words(misses: Sequence[float]) -> str:
+    """Return by how much each axis is missed."""
+    parts = (
+        f"{a} by {np.degrees(miss):.0f} degrees" for a, miss in zip(_AXES, misses, strict=True)
+    )
+    return " and ".join(parts)
+
+
+def _misses(t: Floats, wanted: Floats, attitude: Message, axis: str) -> tuple[float, float | None]:
     """Return by how much a demand is missed in the median, and what says that nobody follows.
 
-    None where the demand does not move.
+    The latter is None where the demand does not move.
     """
     own = np.interp(t, attitude.t, attitude.si(axis))
     moves, turns = (_spread(values) for values in (wanted, own))
-    if moves < TOLD:
-        return None
-    return float(np.nanmedian(np.abs(own - wanted))), max(STRAYS * turns, moves / STRAYS)
+    most = None if moves < TOLD else max(STRAYS * turns, moves / STRAYS)
+    return float(np.nanmedian(np.abs(own - wanted))), most
 
 
 def _spread(values: Floats) -> float:

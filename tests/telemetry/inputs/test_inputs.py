@@ -1,5 +1,7 @@
 """Inputs of tests that earn their use, and such that do not, by messages made for it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -370,3 +372,39 @@ def test_who_gives_one_a_pulse_or_rests_or_logs_another_board_may_steer(pulses, 
     found, told = judged(*recorded(pulses, turns), autopilot=autopilot)
     assert "demands and throttle" not in told
     assert found["VFR_HUD"].has_known("throttle")
+
+
+LONG = np.arange(0.0, 240.0, 0.4)  # as many records, for as long as a flight takes
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "wings", "lasts", "steers"),
+    [
+        (0.8, 0.4, True, 240.0, False),
+        (0.8, 0.02, True, 240.0, True),  # a surface that is stuck leaves an axis
+        (0.8, 0.4, True, 50.0, True),  # one that falls
+        (0.8, 0.4, False, 240.0, True),  # rotors do not go on so: what misses its demand falls
+    ],
+)
+def test_wings_that_miss_a_still_demand_for_minutes_are_steered_by_others(
+    roll, pitch, wings, lasts, steers
+):
+    """The demand stands at level; the vehicle goes about on its own."""
+    t = LONG * lasts / 240.0
+    sweep = np.sin(2 * np.pi * 0.05 * LONG) * 1.4
+    turns = dict.fromkeys(("rollspeed", "pitchspeed", "yawspeed"), np.full(t.size, 0.3))
+    own = {"roll": roll * sweep, "pitch": pitch * sweep, **turns}
+    still = {"nav_roll": 0 * t, "nav_pitch": 0 * t + 1e-3}
+    messages = [
+        replace(message(name, values), t=t, stamp=t)
+        for name, values in (
+            ("ATTITUDE", own),
+            ("NAV_CONTROLLER_OUTPUT", still),
+            ("OUTPUTS", {"aileron": sweep}),
+            ("VFR_HUD", {"throttle": 0 * t}),
+        )
+    ]
+    found, told = judged(*messages, wings=wings)
+    assert ("demands and throttle" in told) is not steers
+    assert found["OUTPUTS"].has_known("aileron") is steers
+    assert found["VFR_HUD"].has_known("throttle") is steers

@@ -1,10 +1,10 @@
 """Does the autopilot move anything?
 
 In: the pulses that its outputs are given, and how fast the vehicle turns. Out: nothing, or that its
-demands and its throttle are nobody's. An autopilot that is on board as a recorder (of an aerobatic
-plane that a pilot flies by another receiver, say) goes on demanding an attitude and computing a
-throttle. An output that drives something is given pulses all the time in the air; a vehicle that
-turns while none of them is given any is steered by somebody else.
+demands, its throttle and its outputs are nobody's. An autopilot that is on board as a recorder (of
+an aerobatic plane that a pilot flies by another receiver, say) goes on demanding an attitude and
+computing a throttle. An output that drives something is given pulses all the time in the air; a
+vehicle that turns while none of them is given any is steered by somebody else.
 
 Of ArduPilot alone: its record of the outputs holds all of them. PX4's may be those of another
 board, of which none is wired.
@@ -19,7 +19,7 @@ from fdi.telemetry.inputs.values import LEAST, TURNS, Judged, judged, turning, w
 from fdi.telemetry.message import Floats, Message
 
 _SERVOS: Final = "SERVO_OUTPUT_RAW"
-STEERS: Final = {"NAV_CONTROLLER_OUTPUT": None, "VFR_HUD": ("throttle",)}
+STEERS: Final = {"NAV_CONTROLLER_OUTPUT": None, "VFR_HUD": ("throttle",), "OUTPUTS": None}
 """What it would have the vehicle do; None: all fields."""
 
 
@@ -41,9 +41,14 @@ def judge_pulses(messages: Mapping[str, Message], armed: Floats) -> Iterator[Jud
     if moving.sum() < LEAST:
         return
     why = "no output is given a pulse while the vehicle turns: somebody else steers it"
+    yield from steered_by_others(messages, why)
+
+
+def steered_by_others(messages: Mapping[str, Message], why: str) -> Iterator[Judged]:
+    """Yield that what the autopilot would have the vehicle do is nobody's."""
     for key, fields in STEERS.items():
         message = messages.get(key)
-        if message is None:
-            continue
-        held = tuple(f for f in fields or message.fields if f in message)
-        yield judged("demands and throttle", message, held, False, why)
+        held = () if message is None else tuple(fields or message.fields)
+        if message is not None and held:
+            told = tuple(field for field in held if field in message)
+            yield judged("demands and throttle", message, told, False, why)
