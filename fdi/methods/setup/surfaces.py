@@ -108,6 +108,9 @@ def _judged(
 def turned_against_surface(surface: str, rates: Series, given: Series) -> Floats:
     """Return the angle turned so far at a stretch against what a surface is meant to do, (n,) rad.
 
+    Zero once the vehicle has turned by half a turn at a stretch as meant: a linkage does not turn
+    round in flight, and who is stalled spins whatever the ailerons do.
+
     Parameters
     ----------
     surface : str
@@ -118,7 +121,9 @@ def turned_against_surface(surface: str, rates: Series, given: Series) -> Floats
         As `meant` gives it.
     """
     asked = np.interp(rates.t - _SERVO_S, given.t, given.values[0])
-    return angle_against(rates.t, rates.values[_TURNS[surface][1]], asked)
+    rate = rates.values[_TURNS[surface][1]]
+    as_meant = np.maximum.accumulate(angle_against(rates.t, rate, -asked))
+    return np.where(as_meant < np.pi, angle_against(rates.t, rate, asked), 0.0)
 
 
 def _turned_over(
@@ -145,17 +150,17 @@ def meant(log: Log, surface: str) -> Series | str:
     signs = {n: _sign(log, n) for n in drives}
     told = [n for n in drives if signs[n]]
     found = [
-        (s, signs[n]) for n in told if (s := series(log, "SERVO_OUTPUT_RAW", (f"servo{n}_raw",)))
+        (s, signs[n], _rest(log, n))
+        for n in told
+        if (s := series(log, "SERVO_OUTPUT_RAW", (f"servo{n}_raw",)))
     ]
     if not drives:
         return "the log does not tell which output drives it"
     if not found:
         return "the log does not hold its output, or not whether that is reversed (SERVOn_REVERSED)"
     t = found[0][0].t
-    mean = np.mean(
-        [sign * (np.interp(t, s.t, s.values[0]) - 1500) / 400 for s, sign in found], axis=0
-    )
-    return Series(t, mean[None])
+    shares = [sign * (np.interp(t, s.t, s.values[0]) - rest) / 400 for s, sign, rest in found]
+    return Series(t, np.mean(shares, axis=0)[None])
 
 
 def _sign(log: Log, output: int) -> float:
@@ -165,6 +170,12 @@ def _sign(log: Log, output: int) -> float:
         return -1.0 if turned else 1.0
     older = log.parameters.get(f"RC{output}_REV")
     return 0.0 if older is None else float(np.sign(older))
+
+
+def _rest(log: Log, output: int) -> float:
+    """Return the pulse, us, by which an output asks for nothing."""
+    older = f"SERVO{output}_REVERSED" not in log.parameters  # before 3.9
+    return float(log.parameters.get(f"{'RC' if older else 'SERVO'}{output}_TRIM", 1500.0))
 
 
 def _turned_round(log: Log, surface: str) -> tuple[Setting, ...]:

@@ -11,7 +11,8 @@ from fdi import analyze
 from fdi.methods.columns import Columns
 from fdi.methods.response import response_columns
 from fdi.methods.setup import Check
-from fdi.methods.setup.surfaces import check_surfaces
+from fdi.methods.setup.records import Series
+from fdi.methods.setup.surfaces import check_surfaces, meant, turned_against_surface
 from fdi.telemetry import read
 
 NAMES = ("ailerons", "elevator", "rudder")
@@ -158,3 +159,41 @@ def test_a_plane_that_is_held_level_turns_with_its_surfaces(
     assert {"aileron", "elevator"}.isdisjoint(one.component for one in found.findings)
     (check,) = (one for one in found.setup if one.name == NAMES[axis])
     assert check.verdict != "wrong"
+
+
+@pytest.mark.parametrize(
+    ("told", "asked"),
+    [
+        ({}, 0.375),
+        ({"SERVO1_TRIM": 1650, "RC1_TRIM": 1500}, 0.0),
+        ({"SERVO1_TRIM": None, "SERVO1_REVERSED": None, "RC1_REV": 1, "RC1_TRIM": 1650}, 0.0),
+    ],
+)
+def test_a_pulse_asks_for_nothing_at_its_trim(
+    tmp_path: Path, told: dict[str, int | None], asked: float
+) -> None:
+    known = dict(_told((0, 0, 0), told=True)) | told
+    parts = [
+        record(0.0, mav.MAVLink_param_value_message(name.encode(), float(value), 9, 6, 0))
+        for name, value in known.items()
+        if value is not None
+    ]
+    for t in np.arange(0.0, 3.0, 0.1):
+        parts += _at(t, np.zeros(3), np.zeros(3), np.full(3, 1650.0), 0.0)
+    (tmp_path / "plane.tlog").write_bytes(b"".join(parts))
+    found = meant(read(tmp_path / "plane.tlog"), "aileron")
+    assert not isinstance(found, str)
+    assert found.values[0] == pytest.approx(asked)
+
+
+@pytest.mark.parametrize(("rolled_before", "against"), [(2.8, 4.0), (3.6, 0.0)])
+def test_a_surface_that_has_done_as_meant_is_not_reversed_later(
+    rolled_before: float, against: float
+) -> None:
+    """At 2 rad/s as meant for a while, then the other way for 2 s: the ailerons of a spin."""
+    t = np.arange(0.0, 20.0, 0.05)
+    as_meant = (t > 2.0) & (t <= 2.0 + rolled_before / 2)
+    rate = 2.0 * as_meant - 2.0 * ((t > 10.0) & (t <= 12.0))
+    given = Series(t, np.full((1, t.size), 0.5))
+    found = turned_against_surface("aileron", Series(t, rate * np.eye(3)[:, :1]), given)
+    assert found.max() == pytest.approx(against, abs=0.2)
