@@ -39,6 +39,9 @@ RATES = {
 }  # fmt: skip
 """By share of the rate that is asked for."""
 KINDS = {"plane": 1, "vtol": 1, "quad": 2, "hexa": 13, "octo": 14, "heli": 4}
+NEEDED = {"RAW_IMU": "xacc", "SCALED_IMU2": "xacc", "SYS_STATUS": "voltage_battery"}
+INSTEAD = {"alt": "relative_alt"}
+"""A field that stands in for one that the card does not hold."""
 EPOCH_S = 1.7e9
 STALE_S = 1.5
 """What the card has not told for so long, the autopilot does not know either."""
@@ -75,7 +78,7 @@ def _messages(log: Log, hz: float) -> Iterator[tuple[float, mav.MAVLink_message]
         yield t, mav.MAVLink_heartbeat_message(KINDS.get(log.vehicle, 2), 3, *_state(log, t), 4, 3)
     for number, (name, share) in enumerate(RATES.items()):
         message = log.messages.get(name)
-        if message is not None and len(message) > 1:
+        if message is not None and NEEDED.get(name, message.fields[0]) in message.fields:
             phase = number / len(RATES) / hz  # not all at the same moment
             yield from _of(message, name, np.arange(low + phase, high, 1 / (share * hz)), low)
 
@@ -113,6 +116,8 @@ def _column(
 ) -> list[float] | list[int]:
     """Return a field as MAVLink sends it, (n,)."""
     name, kind = field.name, np.dtype(field.dtype)
+    if name not in message.fields:
+        name = INSTEAD.get(name, name)
     if name in ("time_boot_ms", "time_usec"):
         when = message.t[at] if message.name == "GPS_RAW_INT" else grid  # a fix has its own time
         values = (when - low + 1.0) * (1e3 if name == "time_boot_ms" else 1e6)

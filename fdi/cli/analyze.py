@@ -104,6 +104,7 @@ def read_budget(context: click.Context, option: click.Parameter, value: str | No
 )
 @SYSTEM
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",

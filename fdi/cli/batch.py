@@ -27,6 +27,7 @@ MOST_ENDS: Final = 6
 @click.command(epilog="Example: fdi batch flights/ --out fleet.parquet --html --reports flagged")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=FILE)
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE.parquet",

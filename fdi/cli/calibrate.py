@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.command(epilog="Example: fdi calibrate monday.bin tuesday.bin --out heron_3.yaml")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=FILE)
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",

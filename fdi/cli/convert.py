@@ -14,6 +14,7 @@ from fdi.cli.output import answer, progress_bar
 @click.command(epilog="Example: fdi convert flight.bin --out flight.parquet")
 @click.argument("log", metavar="LOG", type=FILE)
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",

@@ -26,6 +26,7 @@ WHATS = ("grid", "track", "channels", "residual", "isolability", "evidence", "sp
     help="Which figure, see above.",
 )
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",

@@ -17,6 +17,7 @@ from fdi.errors import OutputError
 @click.command(epilog="Example: fdi fit flights/labels.json --out likelihood.json")
 @click.argument("labels", metavar="LABELS.json...", nargs=-1, required=True, type=FILE)
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",

@@ -27,7 +27,12 @@ from fdi.errors import OutputError
     "seconds of the log's clock; may be given several times.",
 )
 @click.option(
-    "--out", type=click.Path(path_type=Path), metavar="FILE", required=True, help="The new log."
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    required=True,
+    help="The new log.",
 )
 @model_option("Airframe model, which says what channels a COMPONENT has.")
 @force_option("Replace FILE where it exists.")

@@ -96,7 +96,7 @@ def asked_of_one_flight(
         What it says of ``--force``, where that does more than usual.
     """
     options = (
-        click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help=folder),
+        click.option("-o", "--out", type=click.Path(path_type=Path), metavar="DIR", help=folder),
         FLIGHT,
         SYSTEM,
         force_option(force) if force else force_option(),

@@ -71,6 +71,7 @@ EXPORTS: Final = ("py", "csv", "mat", "graphml")
     "gets the isolability.",
 )
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="FILE",

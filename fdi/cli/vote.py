@@ -150,7 +150,11 @@ def _seconds(option: str, said: str) -> Callable[[F], F]:
     help="With --simulate: reliability of what counts the votes.",
 )
 @click.option(
-    "--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder for figures and tables."
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for figures and tables.",
 )
 @force_option()
 @JSON

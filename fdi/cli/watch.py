@@ -18,6 +18,7 @@ from fdi.errors import UsageError
 @model_option()
 @policy_option(metavar="default|FILE")
 @click.option(
+    "-o",
     "--out",
     type=click.Path(path_type=Path),
     metavar="DIR",

@@ -13,6 +13,7 @@ import pytest
 from fdi import __version__
 from fdi.cli import analyze as analyze_command
 from fdi.cli import main
+from fdi.cli.commands import fdi
 
 from .conftest import LOG, Run
 
@@ -41,6 +42,13 @@ def test_help_shows_an_example(run: Run, command: str) -> None:
     assert ended.code == 0
     assert f"fdi {command} " in ended.out
     assert "Example" in ended.out
+
+
+def test_what_is_written_goes_where_o_says_in_every_command() -> None:
+    every = [option for command in fdi.commands.values() for option in command.params]
+    told = [option.opts for option in every if "--out" in option.opts]
+    assert len(told) > 5
+    assert all("-o" in names for names in told)
 
 
 @pytest.mark.parametrize("words", [[], ["--help"]])
