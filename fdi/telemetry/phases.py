@@ -240,12 +240,16 @@ def _of_speed(speed: Floats) -> Floats:
 
 
 def _of_wings(motion: Motion) -> Floats:
-    """Return what the speed says of wings: in the wind they may be slow over ground."""
+    """Return what the speed says of wings: in the wind they may be slow over ground.
+
+    Wings that move in the log, and never as fast as wings fly, are carried about.
+    """
     speed = np.fmax(np.hypot(motion.speed, np.nan_to_num(motion.climb)), motion.airspeed)
     with np.errstate(invalid="ignore"):
         fast = speed[speed > FAST]
         if not fast.size:
-            return _of_speed(speed)
+            is_carried = np.nanmax(motion.speed, initial=0.0) > SPEED[0][0][0]
+            return np.full(speed.size, -2 * MOST) if is_carried else _of_speed(speed)
         share = speed / np.quantile(fast, 0.75)
         told = np.interp(share, [STANDS, 0.25, 0.5, 0.7], [-2 * MOST, -MOST / 2, 0.0, MOST / 2])
         return _limited(told, 2 * MOST)

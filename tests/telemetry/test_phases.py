@@ -140,6 +140,14 @@ def test_wings_in_a_headwind_stand_still_over_ground_and_fly():
     assert (up, down) == pytest.approx((UP, DOWN), abs=1.5)
 
 
+@pytest.mark.parametrize(
+    ("fastest", "flies"), [(2.6, False), (0.0, True), (np.nan, True), (14.0, True)]
+)
+def test_wings_that_are_never_fast_are_carried_unless_no_receiver_tells(fastest, flies):
+    made = motion(speed=np.where(FLIES, fastest, 0.0), turns=np.where(FLIES, 0.3, 0.005))
+    assert bool(airborne(made, wings="alone")) is flies
+
+
 def test_wings_that_are_carried_do_not_fly_whatever_an_estimate_says_of_their_height():
     """A minute by hand under an estimate that stands 4 m high and climbs, then thrown."""
     thrown = 30.0
