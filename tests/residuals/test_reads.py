@@ -32,7 +32,7 @@ CASES = [
     for kind, path in (PLANES if model == "fixed_wing" else COPTERS).items()
 ] + [pytest.param(PAPER, SHARED / "paper" / "afrika.tlog", id="paper-tlog")]
 WINDOW_S = 200.0
-BLOCKS = (2, 3, 5)
+BLOCKS = (2, 3, 5, 7)
 """Seconds for which a channel is changed in one way."""
 
 
