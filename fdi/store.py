@@ -32,6 +32,7 @@ MAX_BYTES: Final = 50_000_000
 """Of one entry; a bank of 20,000 generators, the most there are, takes a fifth of it."""
 SOURCES: Final = (
     "*.py",
+    "decision/*.py",
     "model/*.py",
     "residuals/*.py",
     "structure/*.py",
@@ -86,6 +87,15 @@ def _code() -> str:
 
 def fetch(kind: str, key: str) -> Any | None:
     """Return the tree that was kept under a key; None where there is none or it is damaged."""
+    body = fetch_text(kind, key)
+    try:
+        return None if body is None else json.loads(body)
+    except (ValueError, RecursionError):
+        return None
+
+
+def fetch_text(kind: str, key: str) -> bytes | None:
+    """Return the JSON text of the tree that was kept under a key, whole; None as for `fetch`."""
     folder = cache_folder()
     if folder is None:
         return None
@@ -97,12 +107,11 @@ def fetch(kind: str, key: str) -> Any | None:
         head, _, body = path.read_bytes().partition(b"\n")
         if head != _head(kind, key, body):
             return None
-        tree = json.loads(body)
         with contextlib.suppress(OSError):
             os.utime(path)  # used just now: others are dropped before it
-    except (OSError, ValueError, RecursionError):
+    except OSError:
         return None
-    return tree
+    return body
 
 
 def keep(kind: str, key: str, tree: Any) -> None:

@@ -12,8 +12,10 @@ It saves the import of ruamel.yaml, pydantic and pint, and the parsing: 0.4 s of
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,11 @@ from fdi.model.parts import STATES, Equation, Measurement
 from fdi.model.yaml import MAX_BYTES
 
 KIND = "airframe"
+# raised for an entry that another program wrote; RecursionError: nested deeper than any model
+_FOREIGN = (
+    *(EntryError, ValueError, KeyError, TypeError, AttributeError, OverflowError),
+    RecursionError,
+)
 Looked = Mapping[Path, tuple[Path, str] | None]
 """Where a file was looked for: what it resolved to with its checksum, or None where none was."""
 
@@ -41,15 +48,23 @@ def recall(path: Path, folder: Path) -> Airframe | None:
         Of the shipped models, where included files are looked for as well.
     """
     key = _key(path, folder)
-    entry = store.fetch(KIND, key) if key else None
-    try:
-        if not isinstance(entry, dict) or not _holds(entry["looked"]):
-            return None
-        airframe: Airframe = decode(Airframe, entry["airframe"])
-        _check(airframe)
-    except (EntryError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
+    text = store.fetch_text(KIND, key) if key else None
+    if text is None:
         return None
-    return airframe
+    try:
+        looked, airframe = _read(text)
+        return airframe if _holds(looked) else None
+    except _FOREIGN:
+        return None
+
+
+@lru_cache(maxsize=4)  # a batch meets the same vehicle again and again
+def _read(text: bytes) -> tuple[list[list[str]], Airframe]:
+    """Return what an entry says: where files were looked for, and the airframe, checked."""
+    entry = json.loads(text)
+    airframe: Airframe = decode(Airframe, entry["airframe"])
+    _check(airframe)
+    return entry["looked"], airframe
 
 
 def remember(path: Path, folder: Path, looked: Looked, airframe: Airframe) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -81,7 +82,7 @@ class NotImplementable(Shown):
     reason: Reason
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Bank:
     """Residual generators for one system, compiled.
 
@@ -105,13 +106,14 @@ class Bank:
     listed: bool = True
     notes: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def incidence(self) -> NDArray[np.bool_]:
-        """Return which faults the equations bring, (generators, faults) bool."""
+        """Return which faults the equations bring, (generators, faults) bool, read-only."""
         place = {fault.name: i for i, fault in enumerate(self.system.faults)}
         matrix = np.zeros((len(self.generators), len(place)), dtype=bool)
         for row, generator in enumerate(self.generators):
             matrix[row, [place[name] for name in generator.faults]] = True
+        matrix.flags.writeable = False
         return matrix
 
     @property
