@@ -15,10 +15,9 @@ from fdi.diagnosis.features import SIMULTANEOUS_S
 from fdi.diagnosis.naming import Cause
 from fdi.diagnosis.plain import the_part
 from fdi.diagnosis.values import Evidence, Size
-from fdi.model.assemble import without_over
 from fdi.model.evaluate import evaluate, wrap
 from fdi.model.expression import Apply, Number, Symbol, symbols, to_text
-from fdi.model.parts import Kind
+from fdi.model.parts import Kind, without_over
 from fdi.model.system import SystemEquation
 from fdi.residuals import Bank, Generator
 from fdi.residuals.amount import amounts

@@ -22,7 +22,6 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from fdi.methods.columns import Columns, Method
 from fdi.methods.setup.against import APART_S, LiftOff, asked_moments, turned_against
@@ -35,6 +34,7 @@ from fdi.telemetry import Log
 from fdi.telemetry.events import Flight
 from fdi.telemetry.message import Floats
 from fdi.telemetry.motors import ROTORS, motors_of
+from fdi.windows import largest_between
 
 UNITS: Final = {"turned_against": "rad", "swinging": "s", "thrown": "s"}
 WINGED: Final = {"rolled_against": "rad", "pitched_against": "rad"}
@@ -86,13 +86,12 @@ def _on_wings(log: Log) -> Columns | str | None:
     if slowest > APART_S:
         return f"records are {slowest:.1f} s apart, too far to see how the vehicle turns"
     count = 1 + round(_KEPT_S / rates.period)
-    columns = {}
+    columns, last = {}, np.arange(rates.t.size)  # each record and those before
     for name, surface in zip(WINGED, _SURFACES, strict=True):
         angle = np.full(rates.t.size, np.nan)
         if surface in asked:
             angle = turned_against_surface(surface, rates, asked[surface])
-        # this one and those before
-        columns[name] = maximum_filter1d(angle, count, origin=(count - 1) // 2)
+        columns[name] = largest_between(angle, np.maximum(last - count + 1, 0), last)
     return Columns(rates.t, columns, "OUTPUTS", WINGED)
 
 

@@ -34,6 +34,7 @@ from fdi.model.expression import (
 )
 from fdi.model.members import members, slips
 from fdi.model.parts import (
+    OVER,
     RESERVED,
     STATES,
     Amount,
@@ -43,6 +44,7 @@ from fdi.model.parts import (
     Parameter,
     Source,
     Variable,
+    is_over,
 )
 from fdi.telemetry import Channel
 from fdi.units import si_units
@@ -54,17 +56,14 @@ if TYPE_CHECKING:
 
 STILL: Final = ":still"
 RECENT: Final = ":recent"
-OVER: Final = ":over"
 SILENT: Final = ":silent"
 """Behind a field: not its value, but how long it has not changed, s; its mean over the last
-seconds; what ``value`` makes of a while of records, with a label (``:over_60``) where a field has
-several; how long its message has been silent, s."""
+seconds; how long its message has been silent, s."""
 _WINDOWED: Final = {
     "der": "y = der(x)",
     "slope": "y = slope(v, u)",
     "jump": "y = jump(v, u, w, x)",
 }
-_OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
 _QUANTITY: Final = re.compile(r"[-+.\d]+(e[-+]?\d+)?( +[A-Za-z].*)?")
 _SUFFIX: Final = re.compile(rf"({STILL}|{RECENT}|{OVER}(_\w+)?|{SILENT})$")
 
@@ -420,7 +419,7 @@ def _message(
             if unit is None:
                 continue
             made = _measurement(channel, entry, item, trusted, unit, draft)
-            _check_over_time(made, is_over=is_over(field_name))
+            _check_over_time(made, over=is_over(field_name))
             if bare == field_name:
                 draft.check_column(made, definition, *part)
             if field_name.endswith(SILENT):
@@ -443,22 +442,22 @@ def _message(
                 yield _stillness(made, watched)
 
 
-def _check_over_time(of: Measurement, *, is_over: bool) -> None:
+def _check_over_time(of: Measurement, *, over: bool) -> None:
     """Raise ModelError where what is of a while stands elsewhere, or does not stand there."""
     used: dict[str, set[str]] = {}
     for name, part in (("value", of.value), ("when", of.when), ("reported", of.reported)):
         nodes = walk(part) if part is not None else ()
         used[name] = {node.operator for node in nodes if isinstance(node, Apply)} & OVER_TIME
-    allowed = OVER_RECORDS if is_over else OVER_RECORDS - OVER_A_WHILE
+    allowed = OVER_RECORDS if over else OVER_RECORDS - OVER_A_WHILE
     for name in sorted(used["value"] - allowed):
         place = "equations" if name not in OVER_RECORDS else f"the value of FIELD{OVER}"
         raise ModelError(f"{name}(...) is for {place}")
-    told = {SAMPLED} if is_over else {NOISE}
+    told = {SAMPLED} if over else {NOISE}
     for name in sorted(used["when"] | used["reported"] - told):
         raise ModelError(f"{name}(...) cannot stand in a condition or in what is reported")
     if SAMPLED in used["value"]:
         raise ModelError(f"{SAMPLED}(...) tells an accuracy: it is for what is reported")
-    if is_over and not used["value"] & OVER_A_WHILE:
+    if over and not used["value"] & OVER_A_WHILE:
         raise ModelError("needs a value with change(x, seconds) or integral(x, seconds)")
 
 
@@ -509,16 +508,6 @@ def _recent(of: Measurement) -> Measurement:
         value=Apply("recent", (of.value or Symbol(of.channel.field),)),
         trusted=True,
     )
-
-
-def is_over(field: str) -> bool:
-    """Return whether a field's name stands for what a value makes of a while of records."""
-    return bool(_OVER.search(field))
-
-
-def without_over(channel: str) -> str:
-    """Return the channel that a value makes something of."""
-    return _OVER.sub("", channel)
 
 
 def _over(of: Measurement, name: str) -> Measurement:

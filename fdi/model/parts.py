@@ -6,6 +6,7 @@ Every quantity is a float in the unit of the variable it belongs to; texts have 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container
 from dataclasses import dataclass
 from enum import StrEnum
@@ -36,6 +37,20 @@ SLOPE: Final = "slope_of_state"
 """The derivative that was computed, in the residual of ``y = der(x)``."""
 RESERVED: Final = STATES | {MEASURED, SLOPE, *CONSTANTS}
 """Names that a model cannot give to anything of its own."""
+OVER: Final = ":over"
+"""Behind a field: what ``value`` makes of a while of records, with a label (``:over_60``) where a
+field has several."""
+_OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
+
+
+def is_over(field: str) -> bool:
+    """Return whether a field's name stands for what a value makes of a while of records."""
+    return bool(_OVER.search(field))
+
+
+def without_over(channel: str) -> str:
+    """Return the channel that a value makes something of."""
+    return _OVER.sub("", channel)
 
 
 Side = Literal["", "above", "below"]

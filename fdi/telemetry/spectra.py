@@ -152,8 +152,6 @@ class Spectrum:
 
 def spectrum(log: Log, sensor: Sensor) -> Spectrum | None:
     """Return the spectrum of a sensor; None where no record is fast enough (`LEAST_HZ`)."""
-    from scipy.signal import spectrogram
-
     samples = fastest(log, sensor)
     if samples is None or samples.rate_hz < LEAST_HZ:
         return None
@@ -161,6 +159,8 @@ def spectrum(log: Log, sensor: Sensor) -> Spectrum | None:
     size = min(2 ** round(np.log2(WINDOW_S * samples.rate_hz)), longest)
     if size < _LEAST:
         return None
+    from scipy.signal import spectrogram  # a second, which most logs are too slow to need
+
     hz, times, powers = np.empty(0), list[Floats](), list[Floats]()
     for start, values in samples.pieces:
         if len(values) < size:

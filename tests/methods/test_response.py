@@ -7,7 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pymavlink.dialects.v20 import ardupilotmega as mav
+from scipy.signal import lombscargle
 from telemetry.build import record
 
 from fdi import analyze
@@ -15,7 +18,7 @@ from fdi.methods.columns import Columns
 from fdi.methods.response import response_columns
 from fdi.methods.setup.against import HALF_A_TURN
 from fdi.methods.setup.motors import check_motors
-from fdi.methods.setup.oscillation import check_oscillation
+from fdi.methods.setup.oscillation import check_oscillation, share_of_sines
 from fdi.telemetry import Log, read
 
 from .setup.build import Quad, fly, write
@@ -176,3 +179,26 @@ def test_four_records_a_second_show_no_swing(tmp_path: Path) -> None:
     (check,) = check_oscillation(flown(tmp_path, rate=4.0))
     assert (check.verdict, check.strikes) == ("not known", False)
     assert "0.15 s" in check.text
+
+
+@given(
+    st.lists(st.floats(0.001, 0.2), min_size=8, max_size=80),
+    st.integers(0, 2**31),
+    st.sampled_from([0.0, 1.6e9]),
+)
+def test_the_share_of_a_sine_is_the_one_of_lomb_and_scargle(
+    gaps: list[float], seed: int, start: float
+) -> None:
+    t = np.cumsum(gaps)
+    values = np.random.default_rng(seed).normal(size=t.size)
+    tried = 2 * np.pi * np.linspace(2.0, 9.0, 15)
+    taken = share_of_sines(start + t, values, tried)
+    # times since 1970 have a resolution of 0.2 us
+    expected = lombscargle(t, values, tried, normalize=True)
+    assert taken == pytest.approx(expected, abs=1e-3 if start else 1e-6)
+
+
+def test_a_sine_alone_takes_all_the_power_and_one_at_its_zeros_is_none() -> None:
+    t = np.arange(50) * 0.1
+    taken = share_of_sines(t, np.cos(2 * np.pi * 5.0 * t), 2 * np.pi * np.array([5.0, 3.0]))
+    assert taken == pytest.approx([1.0, 0.0], abs=1e-9)  # 5 Hz: its sine is zero in every record

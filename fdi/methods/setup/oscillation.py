@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.signal import lombscargle
 
 from fdi.grid import uniform
 from fdi.methods.setup.against import asked_moments
@@ -156,12 +155,33 @@ def _line(t: Floats, rate: Floats) -> float:
     most, hertz = _LINE, np.nan
     for start in uniform(t[0], t[-1] - LASTS_S, LASTS_S / 2, records=t.size):
         some = (t >= start) & (t <= start + LASTS_S)
-        # normalized: the share of the power that a sine of this frequency takes away
-        taken = lombscargle(t[some], rate[some], 2 * np.pi * tried, normalize=True)
+        taken = share_of_sines(t[some], rate[some], 2 * np.pi * tried)
         best = int(np.argmax(taken))
         if 0 < best < tried.size - 1 and taken[best] > most:  # at an end it is no line
             most, hertz = float(taken[best]), float(tried[best])
     return hertz
+
+
+def share_of_sines(t: Floats, values: Floats, frequencies: Floats) -> Floats:
+    """Return the share of the power that a sine of each frequency takes away, (m,).
+
+    Records may come at any times: the normalized periodogram of Lomb (1976) and Scargle (1982), as
+    `scipy.signal.lombscargle` gives it, whose import takes a second.
+
+    Parameters
+    ----------
+    t, values : (n,) float
+        s, and about zero.
+    frequencies : (m,) float
+        rad/s.
+    """
+    phases = frequencies[:, None] * t
+    waves = np.stack([np.cos(phases), np.sin(phases)], axis=1)
+    moments = waves @ values
+    # of the fastest frequency cosine and sine may be one wave: a pseudo-inverse
+    inverse = np.linalg.pinv(waves @ waves.transpose(0, 2, 1), rcond=1e-9, hermitian=True)
+    fitted = (inverse @ moments[..., None])[..., 0]
+    return np.asarray((moments * fitted).sum(axis=1) / (values @ values))
 
 
 def _scatter(t: Floats, values: Floats) -> Floats:
