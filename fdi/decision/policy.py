@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
+from fdi import store
 from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.recipes import Learned, PredictedSpread, Rank
-from fdi.errors import ModelError, UsageError
+from fdi.errors import EntryError, ModelError, UsageError
 from fdi.methods.table import methods_of
+from fdi.model.codec import decode, encode
 from fdi.model.system import Estimate
 from fdi.model.yaml import documents_in, read_document
 from fdi.residuals import Differentiation, Residuals
@@ -27,6 +30,7 @@ from fdi.shown import Shown
 from fdi.telemetry import Sampling
 
 FOLDER = Path(__file__).parent / "policies"
+KIND: Final = "policy"  # of an entry of the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,10 +187,26 @@ def load_policy(name: str | Path) -> Policy:
     ModelError
         There is no such policy, or the file is wrong.
     """
-    path = FOLDER / f"{name}.yaml" if str(name) in shipped_policies() else Path(name)
-    if not path.exists():
+    if str(name) in shipped_policies():
+        return _shipped(FOLDER / f"{name}.yaml")
+    if not Path(name).exists():
         known = ", ".join(shipped_policies())
         raise ModelError("is neither a file nor a shipped policy", where=str(name), hint=known)
+    return _parsed(Path(name))
+
+
+def _shipped(path: Path) -> Policy:
+    """Return a policy of ours, from the cache where it was read before: the parser loads slowly."""
+    key = store.digest(KIND, path.read_bytes())
+    with suppress(EntryError, ValueError, TypeError):  # a foreign entry of the cache: read anew
+        kept: Policy = decode(Policy, store.fetch(KIND, key))
+        return kept
+    policy = _parsed(path)
+    store.keep(KIND, key, encode(policy))
+    return policy
+
+
+def _parsed(path: Path) -> Policy:
     document = read_document(path)
     from pydantic import TypeAdapter, ValidationError
 
