@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fdi.model import load_airframe
-from fdi.model.evaluate import evaluate
+from fdi.model.evaluate import evaluate, holds
 
 G = 9.80665
 STEP = 1e-3
@@ -191,6 +191,25 @@ def test_ground_speed_and_course_are_those_of_the_path(v_n, v_e, place):
     if speed > 0.1:
         _, course = left_and_right("pos_4", {**known, "course": np.zeros(1)})
         assert course[0] % (2 * np.pi) == pytest.approx(np.arctan2(v_e, v_n) % (2 * np.pi))
+
+
+@pytest.mark.parametrize(
+    ("roll", "counts"), [(0.0, True), (50.0, True), (70.0, False), (180.0, False)]
+)
+def test_a_receiver_moves_at_its_speed_while_its_antenna_sees_the_sky(roll, counts):
+    (equation,) = [e for e in model("fixed_wing").equations if e.name == "pos_7"]
+    known = {"airborne": np.array([True]), "roll": np.radians([roll]), "pitch": np.zeros(1)}
+    assert holds(equation.when, known).tolist() == [counts]
+
+
+@pytest.mark.parametrize("axis", ["est_v_n", "est_v_e", "est_v_d"])
+def test_a_static_port_errs_by_a_fifth_of_the_dynamic_pressure_whichever_way_it_moves(axis):
+    (equation,) = [e for e in model("fixed_wing").equations if e.name == "alt_1"]
+    columns = {n: np.float64(p.value) for n, p in model("fixed_wing").parameters.items()}
+    still = {"est_v_n": 0.0, "est_v_e": 0.0, "est_v_d": 0.0, "altitude": 0.0}
+    off = sum(evaluate(e, columns | still | {axis: 30.0}) for e in equation.errors)
+    dynamic = 0.5 * 1.225 * 30.0**2
+    assert off == pytest.approx(0.2 * dynamic / (1.225 * G), rel=0.03)
 
 
 @given(waves)
