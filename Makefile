@@ -11,7 +11,7 @@
 # make metamorphic  what must not change an answer, on ten flights or more each in ../shared (minutes)
 # make page      the reports of all examples, driven in a browser (a minute; needs chromium)
 # make soak      200,000 mutated logs through all readers, 10,000 through the analysis, 5,000 and 500 more with
-#                damaged clocks (hours); COUNT=2000 tries fewer
+#                damaged clocks, and every test that is too long for the others (hours); COUNT=2000 tries fewer
 # make fit       the weights of the diagnosis, anew from all labelled flights in ../shared (minutes)
 # make bench     the figures that docs and README quote (make figures is the same)
 # make clean     removes what was built; .venv stays
@@ -108,6 +108,7 @@ soak: $(VENV)/.installed-test
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 20 )) --analyze
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 40 )) --clocks
 	PYTHONPATH=tests $(BIN)/python -m telemetry.fuzz --count $$(( $(COUNT) / 400 )) --clocks --analyze
+	$(BIN)/python -m pytest -m soak
 
 fit: $(VENV)/.installed-test
 	$(BIN)/python benchmarks/fit.py --write

@@ -16,8 +16,12 @@ LOGS = ["copter_gps_loss_landing.tlog", "plane_engine_failure_stall.tlog"]
 PLAIN = {"PYTHONHASHSEED": "0", "TZ": "UTC", "LC_ALL": "C.UTF-8"}
 OTHERS = {
     "seed_and_time_zone": {"PYTHONHASHSEED": "1", "TZ": "Asia/Kathmandu", "PYTHONOPTIMIZE": "1"},
-    "seed_and_locale": {"PYTHONHASHSEED": "12345", "LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
-    "seed_and_threads": {"PYTHONHASHSEED": "9", "LC_ALL": "C", "OPENBLAS_NUM_THREADS": "1"},
+    "seed_locale_and_threads": {
+        "PYTHONHASHSEED": "12345",
+        "LC_ALL": "de_DE.UTF-8",
+        "LANG": "de_DE.UTF-8",
+        "OPENBLAS_NUM_THREADS": "1",
+    },
 }
 
 

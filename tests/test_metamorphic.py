@@ -38,10 +38,10 @@ FAULTY = [
         "sitl/plane/p10_airspeed_stuck.tlog",
     ),
 ]
-QUICK = ("copter_gps_loss_landing", "plane_engine_failure_stall")
+QUICK = "copter_gps_loss_landing"
 """Some thirty analyses a flight; the others, and more, by `make metamorphic`."""
 LESS = [
-    pytest.param(*p.values, id=p.id, marks=[*p.marks, *([pytest.mark.soak] * (p.id not in QUICK))])
+    pytest.param(*p.values, id=p.id, marks=[*p.marks, *([pytest.mark.soak] * (p.id != QUICK))])
     for p in [*examples(), *shared("sitl/copter/c47_compass_fail.tlog")]
 ]
 MOTORS = [p for p in FAULTY if "motor" in p.id]
@@ -69,7 +69,7 @@ def test_prefix_that_ends_before_the_onset_accuses_nobody(case, tmp_path):
     assert not document["findings"], document["verdict"]
 
 
-@pytest.mark.parametrize("days", [-300, 1, 4000])
+@pytest.mark.parametrize("days", [-300, 4000])
 @pytest.mark.parametrize("case", FAULTY)
 def test_another_start_time_gives_the_same_answer(case, days, tmp_path):
     shift = days * DAY * 1_000_000

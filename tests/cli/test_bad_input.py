@@ -110,7 +110,7 @@ def test_an_installation_that_may_not_be_read_is_no_defect(
 ) -> None:
     root = Path(fdi.__file__).parents[1]
     for name in ("fdi", "models"):
-        shutil.copytree(root / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(root / name, tmp_path / name)
     folder = tmp_path / "fdi" / locked
     folder.chmod(0)
     try:

@@ -26,10 +26,16 @@ COPTERS = {
     "dataflash": SHARED / "healthy" / "quad_short.bin",
     "ulog": SHARED / "px4_motor" / "sil_01.ulg",
 }
+WHOLE = ("fixed_wing", "quadcopter")
+"""Of these logs of all formats; of the others, which share their files, of one: `make soak`."""
 CASES = [
-    pytest.param(model, path, id=f"{model}-{kind}")
-    for model in shipped_models()
-    for kind, path in (PLANES if model == "fixed_wing" else COPTERS).items()
+    pytest.param(
+        *(model, path),
+        id=f"{model}-{kind}",
+        marks=[pytest.mark.soak] * (model not in WHOLE and number % 3 != place),
+    )
+    for number, model in enumerate(shipped_models())
+    for place, (kind, path) in enumerate((PLANES if model == "fixed_wing" else COPTERS).items())
 ] + [pytest.param(PAPER, SHARED / "paper" / "afrika.tlog", id="paper-tlog")]
 WINDOW_S = 200.0
 BLOCKS = (2, 3, 5, 7)

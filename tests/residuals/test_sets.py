@@ -88,7 +88,15 @@ def test_a_system_with_too_many_sets_to_list_gets_a_bank(name):
     assert isolability_of_signatures(bank.incidence).sum() > 0.99 * promised.sum()
 
 
-@pytest.mark.parametrize("name", ["fixed_wing", "quadcopter", str(PAPER)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("fixed_wing", marks=pytest.mark.soak),  # a minute: 100,000 sets one by one
+        "any_vehicle",
+        "quadcopter",
+        str(PAPER),
+    ],
+)
 def test_selection_can_do_all_that_valid_tests_can(name):
     system = load_airframe(name).observe()
     bank = build_bank(system, "selected")
