@@ -25,6 +25,10 @@ Floats = NDArray[np.float64]
 # s: an accelerometer that is logged as often as this misses no blow, which rings for 0.1 s
 DENSE_S: Final = 0.05
 HIGHEST_M: Final = 1e5  # m; more is damage
+HOLE_S: Final = 2.0
+"""s: between records further apart, and further than `USUAL` times as usual, nothing is known: for
+longer neither a height nor a climb rate stays as it is in flight."""
+USUAL: Final = 4.0
 
 _HEIGHTS: Final = (
     ("GLOBAL_POSITION_INT", "relative_alt", 1.0),
@@ -115,10 +119,18 @@ def motion_of(messages: Mapping[str, Message]) -> Motion:
 
 
 def _at(t: Floats, known_t: Floats, values: Floats) -> Floats:
-    """Return what is known at other times at those of ``t``; of nothing NaN."""
+    """Return what is known at other times at those of ``t``; far from any of them NaN."""
     if not known_t.size or not t.size:
         return np.full(t.size, np.nan)
-    return np.interp(t, known_t, values)
+    return np.where(_told(known_t, t), np.interp(t, known_t, values), np.nan)
+
+
+def _told(known_t: Floats, t: Floats) -> NDArray[np.bool_]:
+    """Return at which times a record is near enough to tell: no further than half a hole."""
+    after = np.searchsorted(known_t, t)
+    later, earlier = known_t[np.minimum(after, known_t.size - 1)], known_t[np.maximum(after - 1, 0)]
+    hole = max(HOLE_S, USUAL * float(np.median(np.diff(known_t)))) if known_t.size > 1 else HOLE_S
+    return np.asarray(np.minimum(np.abs(later - t), np.abs(t - earlier)) <= hole / 2)
 
 
 def heights_by_pressure(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
@@ -155,7 +167,30 @@ def _upright(messages: Mapping[str, Message], t: Floats) -> Floats:
 
 
 def heights(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
-    """Return times and heights above the place of take-off; without one, above the lowest."""
+    """Return times and heights above the place of take-off; without one, above the lowest.
+
+    Where an estimator tells none for a while, as one that lost its receiver, air pressure does.
+    """
+    t, height = _estimated(messages)
+    pressed_t, pressed = heights_by_pressure(messages)
+    pressed = _steady(pressed)
+    pressed_t, pressed = pressed_t[np.isfinite(pressed)], pressed[np.isfinite(pressed)]
+    if t.size < 2 or not pressed.size:
+        return t, height
+    holes = ~_told(t, pressed_t)
+    if not holes.any():
+        return t, height
+    apart = height - np.interp(
+        t, pressed_t, pressed
+    )  # which changes slowly: it agrees at the edges
+    times = np.append(t, pressed_t[holes])
+    told = np.append(height, pressed[holes] + np.interp(pressed_t[holes], t, apart))
+    order = np.argsort(times, kind="stable")
+    return times[order], told[order]
+
+
+def _estimated(messages: Mapping[str, Message]) -> tuple[Floats, Floats]:
+    """Return times and heights of the first estimate that is in the log."""
     t, height = _first(messages, _HEIGHTS)
     is_absolute = not t.size
     if is_absolute:

@@ -407,6 +407,24 @@ def test_without_a_pressure_the_autopilots_barometric_height_is_asked(name):
     np.testing.assert_allclose(motion_of(messages).pressed, 0.0)
 
 
+@pytest.mark.parametrize("low", [0.0, 20.0, 40.0])
+def test_where_an_estimator_tells_no_height_air_pressure_does_and_nobody_the_climb(low):
+    """At the beginning, amid and at the end: for 20 s it has no position."""
+    height = motion().height
+    untold = (low <= T) & (low + 20.0 > T)
+    told = {"vz": np.where(untold, np.nan, 1.0), "z": np.where(untold, np.nan, -height - 7.0)}
+    messages = {
+        "LOCAL_POSITION_NED": Column(told),
+        "SCALED_PRESSURE": Column(press_abs=101325.0 * np.exp(-height / 8434.0)),
+    }
+    made = motion_of(messages)
+    assert np.diff(made.t).max() < 1.2
+    assert made.height == pytest.approx(np.interp(made.t, T, height + 7.0), abs=0.2)
+    deep = (made.t > low + 2.0) & (made.t < low + 18.0)
+    assert np.isnan(made.climb[deep]).all()
+    assert np.isfinite(made.climb[(made.t < low) | (made.t >= low + 20.0)]).all()
+
+
 def test_a_flight_is_one_by_its_barometer_where_the_estimate_has_gone_astray():
     made = motion(pressed=motion().height)
     gone = motion(pressed=motion().height, height=motion().height - 2.0 * np.maximum(T - 20, 0))
