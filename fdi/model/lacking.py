@@ -59,11 +59,25 @@ def _absent(sources: tuple[str, ...], fields: list[str], parts: list[str], log: 
         number = int(unit[1]) if unit[1] else int(unit[2]) + 1
         return f"no {_ORDINAL[number]}{parts[0]} in this log ({sources[0]}: {shown})"
     there = [source for source in sources if log is not None and source in log]
-    if there:
-        return (
-            f"{' and '.join(there)} in this log {'shows' if len(there) == 1 else 'show'} no {shown}"
-        )
+    if log is not None and there:
+        named = " and ".join(there)
+        why = _doubt(there, fields, log)
+        if why:
+            are = "is" if len(fields) == 1 else "are"
+            return f"{shown} of {named} in this log {are} not believed ({why})"
+        return f"{named} in this log {'shows' if len(there) == 1 else 'show'} no {shown}"
     return f"no {' or '.join(sources)} in this log ({shown})"
+
+
+def _doubt(there: list[str], fields: list[str], log: Log) -> str:
+    """Return why the fields that these messages do show are not believed, else nothing."""
+    for one in log.inputs:
+        told = (channel.partition(".") for channel in one.channels)
+        if one.believed is False and any(
+            field in fields and recorded_message(source) in there for source, _, field in told
+        ):
+            return one.why
+    return ""
 
 
 def _listed(parts: list[str]) -> str:

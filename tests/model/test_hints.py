@@ -10,6 +10,7 @@ from fdi.model.lacking import Fallen, lacking_words
 from fdi.model.placement import place
 from fdi.telemetry import Channel, read
 from fdi.telemetry.catalogue import data_table
+from fdi.telemetry.inputs import Input
 from tests.flights import EXAMPLES, SHARED
 
 from .test_system import stub_log
@@ -210,6 +211,15 @@ def test_fields_that_a_message_has_not_are_told_as_its_own():
     (line,) = lacking_words([fallen], airframe.components, log)
     assert line.startswith(
         "SYS_STATUS in this log shows no onboard_control_sensors_enabled: 1 test"
+    )
+    name = "SYS_STATUS.onboard_control_sensors_enabled"
+    log.inputs = (Input("a", ("SYS_STATUS.load",), False, "b"), Input("c", (name,), True, "d"))
+    assert [line] == [*lacking_words([fallen], airframe.components, log)]
+    log.inputs = (*log.inputs, Input("e", (name,), False, "it never changes"))
+    (line,) = lacking_words([fallen], airframe.components, log)
+    assert line.startswith(
+        "onboard_control_sensors_enabled of SYS_STATUS in this log is not believed (it never "
+        "changes): 1 test"
     )
 
 

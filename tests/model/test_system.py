@@ -66,6 +66,7 @@ def stub_log(messages, parameters=None, units=UNITS):
 
     log = StubLog(table)
     log.parameters = parameters or {}
+    log.inputs = ()
     log.compare = lambda pairs: ()  # without values nothing is a copy
     return log
 

@@ -51,4 +51,4 @@ def steered_by_others(messages: Mapping[str, Message], why: str) -> Iterator[Jud
         held = () if message is None else tuple(fields or message.fields)
         if message is not None and held:
             told = tuple(field for field in held if field in message)
-            yield judged("demands and throttle", message, told, False, why)
+            yield judged("demands, throttle and surfaces", message, told, False, why)

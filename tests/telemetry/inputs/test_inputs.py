@@ -357,7 +357,7 @@ def recorded(pulses, turns=1.0):
 
 def test_who_gives_no_output_a_pulse_steers_nothing():
     found, told = judged(*recorded(T < 0.0), autopilot="ardupilot")
-    assert told["demands and throttle"].believed is False
+    assert told["demands, throttle and surfaces"].believed is False
     assert "demanded attitude" not in told
     assert not found["NAV_CONTROLLER_OUTPUT"].has_known("nav_pitch")
     assert not found["VFR_HUD"].has_known("throttle")
@@ -370,7 +370,7 @@ def test_who_gives_no_output_a_pulse_steers_nothing():
 )
 def test_who_gives_one_a_pulse_or_rests_or_logs_another_board_may_steer(pulses, turns, autopilot):
     found, told = judged(*recorded(pulses, turns), autopilot=autopilot)
-    assert "demands and throttle" not in told
+    assert "demands, throttle and surfaces" not in told
     assert found["VFR_HUD"].has_known("throttle")
 
 
@@ -405,6 +405,6 @@ def test_wings_that_miss_a_still_demand_for_minutes_are_steered_by_others(
         )
     ]
     found, told = judged(*messages, wings=wings)
-    assert ("demands and throttle" in told) is not steers
+    assert ("demands, throttle and surfaces" in told) is not steers
     assert found["OUTPUTS"].has_known("aileron") is steers
     assert found["VFR_HUD"].has_known("throttle") is steers
