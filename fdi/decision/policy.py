@@ -20,9 +20,9 @@ from fdi import store
 from fdi.decision.alarms import Alarms, Marking, Use
 from fdi.decision.detectors import DETECTORS
 from fdi.decision.recipes import Learned, PredictedSpread, Rank
-from fdi.errors import EntryError, ModelError, UsageError
+from fdi.errors import ModelError, UsageError
 from fdi.methods.table import methods_of
-from fdi.model.codec import decode, encode
+from fdi.model.codec import FOREIGN, decode, encode
 from fdi.model.system import Estimate
 from fdi.model.yaml import documents_in, read_document
 from fdi.residuals import Differentiation, Residuals
@@ -198,7 +198,7 @@ def load_policy(name: str | Path) -> Policy:
 def _shipped(path: Path) -> Policy:
     """Return a policy of ours, from the cache where it was read before: the parser loads slowly."""
     key = store.digest(KIND, path.read_bytes())
-    with suppress(EntryError, ValueError, TypeError):  # a foreign entry of the cache: read anew
+    with suppress(*FOREIGN):  # a foreign entry of the cache: read anew
         kept: Policy = decode(Policy, store.fetch(KIND, key))
         return kept
     policy = _parsed(path)
@@ -207,6 +207,7 @@ def _shipped(path: Path) -> Policy:
 
 
 def _parsed(path: Path) -> Policy:
+    """Return the policy in a file; ModelError where it is wrong."""
     document = read_document(path)
     from pydantic import TypeAdapter, ValidationError
 

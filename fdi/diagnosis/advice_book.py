@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Final, Literal
 
 from fdi import store
 from fdi.errors import EntryError
-from fdi.model.codec import decode, encode
+from fdi.model.codec import FOREIGN, decode, encode
 from fdi.model.parts import Component
 from fdi.model.yaml import documents_in, read_document
 
@@ -213,7 +213,7 @@ def load_book() -> Book:
     """
     paths = documents_in(FOLDER)
     key = store.digest(Path(__file__).read_bytes(), *(path.read_bytes() for path in paths))
-    with suppress(EntryError, ValueError, TypeError):  # a foreign entry of the cache: read anew
+    with suppress(*FOREIGN):  # a foreign entry of the cache: read anew
         return _whole(decode(Book, store.fetch(_KIND, key)))
     book = read_book(paths)
     store.keep(_KIND, key, encode(book))

@@ -35,8 +35,11 @@ from fdi.model.expression import (
 from fdi.model.members import members, slips
 from fdi.model.parts import (
     OVER,
+    RECENT,
     RESERVED,
+    SILENT,
     STATES,
+    STILL,
     Amount,
     Equation,
     Kind,
@@ -54,11 +57,6 @@ if TYPE_CHECKING:
     from fdi.model.schema import AirframeFile, AmountEntry, Identify, LogParameter
 
 
-STILL: Final = ":still"
-RECENT: Final = ":recent"
-SILENT: Final = ":silent"
-"""Behind a field: not its value, but how long it has not changed, s; its mean over the last
-seconds; how long its message has been silent, s."""
 _WINDOWED: Final = {
     "der": "y = der(x)",
     "slope": "y = slope(v, u)",

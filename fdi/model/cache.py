@@ -22,17 +22,12 @@ from typing import Any
 from fdi import store
 from fdi.errors import EntryError
 from fdi.model.airframe import Airframe
-from fdi.model.codec import decode, encode
+from fdi.model.codec import FOREIGN, decode, encode
 from fdi.model.expression import symbols
 from fdi.model.parts import STATES, Equation, Measurement
 from fdi.model.yaml import MAX_BYTES
 
 KIND = "airframe"
-# raised for an entry that another program wrote; RecursionError: nested deeper than any model
-_FOREIGN = (
-    *(EntryError, ValueError, KeyError, TypeError, AttributeError, OverflowError),
-    RecursionError,
-)
 Looked = Mapping[Path, tuple[Path, str] | None]
 """Where a file was looked for: what it resolved to with its checksum, or None where none was."""
 
@@ -54,7 +49,7 @@ def recall(path: Path, folder: Path) -> Airframe | None:
     try:
         looked, airframe = _read(text)
         return airframe if _holds(looked) else None
-    except _FOREIGN:
+    except FOREIGN:
         return None
 
 

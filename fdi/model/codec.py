@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import types
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from functools import lru_cache
@@ -46,6 +47,11 @@ ARITIES: Final[Mapping[str, tuple[int, int]]] = {
     "or": (1, 1000),
 }
 NODES: Final = (Number, Symbol, Text, Apply)
+FOREIGN: Final = (
+    *(EntryError, ValueError, TypeError, KeyError, IndexError),
+    *(AttributeError, OverflowError, RecursionError),
+)
+"""What reading a tree raises that another program wrote: such an entry counts as absent."""
 
 
 def encode(value: Any) -> Any:
@@ -121,7 +127,8 @@ def _decode_union(kinds: tuple[Any, ...], tree: Any) -> Any:
         return _from_postfix(_list(tree))
     for kind in kinds:
         if kind is not types.NoneType:
-            return decode(kind, tree)
+            with suppress(*FOREIGN):
+                return decode(kind, tree)
     raise EntryError("not a value")
 
 

@@ -37,9 +37,13 @@ SLOPE: Final = "slope_of_state"
 """The derivative that was computed, in the residual of ``y = der(x)``."""
 RESERVED: Final = STATES | {MEASURED, SLOPE, *CONSTANTS}
 """Names that a model cannot give to anything of its own."""
+STILL: Final = ":still"
+RECENT: Final = ":recent"
 OVER: Final = ":over"
-"""Behind a field: what ``value`` makes of a while of records, with a label (``:over_60``) where a
-field has several."""
+SILENT: Final = ":silent"
+"""Behind a field: not its value, but how long it has not changed, s; its mean over the last
+seconds; what ``value`` makes of a while of records, with a label (``:over_60``) where a field has
+several; how long its message has been silent, s."""
 _OVER: Final = re.compile(rf"{OVER}(_\w+)?$")
 
 

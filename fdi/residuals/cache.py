@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from fdi import store
 from fdi.errors import EntryError
-from fdi.model.codec import decode, encode
+from fdi.model.codec import FOREIGN, decode, encode
 from fdi.model.expression import REGRESSED, Apply, Expression, symbols, walk
 from fdi.model.given import Given
 from fdi.model.parts import STATES, Measurement
@@ -104,7 +104,7 @@ def _read_bank(system: System, tree: Any) -> Bank | None:
             decode(tuple[str, ...], notes),
         )
         _check(bank)
-    except (EntryError, ValueError, TypeError, KeyError, IndexError, OverflowError):
+    except FOREIGN:
         return None
     return bank
 

@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fdi.decision import load_policy
+from fdi import store
+from fdi.decision import load_policy, policy
 from fdi.decision.detectors import DETECTORS, PredictedSpread, Rank
 from fdi.decision.policy import FOLDER, Calibration, policy_text, shipped_policies
 from fdi.decision.recipes import Learned
 from fdi.diagnosis.marking import MARKINGS
 from fdi.errors import ModelError, UsageError
 from fdi.model.system import Estimate
+from fdi.model.yaml import read_document
 from fdi.residuals import Differentiation
 from fdi.telemetry import Sampling
 
@@ -47,6 +49,26 @@ def test_default_accuses_by_predicted_spread_and_paper_does_not_accuse():
     assert (type(default.decision), default.accuse) == (PredictedSpread, True)
     assert (type(paper.decision), paper.accuse) == (Rank, False)
     assert paper.decision.quantile == 0.97
+
+
+@pytest.mark.parametrize("name", shipped_policies())
+def test_a_shipped_policy_comes_back_from_the_cache_as_it_was(name, tmp_path, monkeypatch):
+    monkeypatch.setenv("FDI_CACHE_DIR", str(tmp_path))
+    parsed = []
+    monkeypatch.setattr(policy, "read_document", lambda p: parsed.append(p) or read_document(p))
+    first = load_policy(name)
+    assert [path.stem for path in parsed] == [name]
+    again = load_policy(name)
+    assert again == first
+    assert hash(again) == hash(first)
+    assert len(parsed) == 1
+
+
+@pytest.mark.parametrize("tree", [[], {}, None, "default", [1] * 10, [["default"]]])
+def test_a_foreign_entry_of_the_cache_is_read_anew(tree, monkeypatch):
+    expected = load_policy("default")
+    monkeypatch.setattr(store, "fetch", lambda kind, key: tree)
+    assert load_policy("default") == expected
 
 
 def test_policy_of_a_file_is_read_like_a_shipped_one(tmp_path):
