@@ -17,6 +17,7 @@ PLANE = shared("sitl/plane/p02_rect_wind_land.tlog")
 COPTER = [p for p in examples() if p.id == "copter_gps_loss_landing"]
 UPSET_S, AFTER_S = (40.0, 44.0), (44.0, 48.0)
 FAR = math.radians(40)
+STEEP = math.radians(50)
 MANUAL = 0  # of ArduPlane: surfaces and throttle are the pilot's
 
 
@@ -62,6 +63,25 @@ def test_a_second_estimator_may_be_off_for_a_while_after_a_roll(case, tmp_path):
     )
     assert "att_7" in upright
     assert "att_7" not in rolled, accused
+
+
+def shows_less(message, at):
+    if at >= UPSET_S[0]:
+        message.airspeed *= 0.8
+
+
+def climbs_steeply(message, at):
+    if at >= UPSET_S[0]:
+        message.pitch = STEEP
+
+
+@pytest.mark.parametrize("case", PLANE)
+def test_a_velocity_through_the_air_is_not_asked_of_a_steep_nose(case, tmp_path):
+    """Its heading is nearly none, and what the angle of attack adds turns with it."""
+    level, _ = triggered(case, {"VFR_HUD": shows_less}, tmp_path)
+    steep, accused = triggered(case, {"VFR_HUD": shows_less, "ATTITUDE": climbs_steeply}, tmp_path)
+    assert "airspeed_jumped" in level
+    assert steep.isdisjoint({"airspeed_jumped", "airspeed_scaled"}), accused
 
 
 def by(millivolts):

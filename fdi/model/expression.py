@@ -64,7 +64,7 @@ FUNCTIONS: Final[Mapping[str, tuple[int, int]]] = {
     "max": (2, 12),
     "der": (1, 1),
     "slope": (2, 6),
-    "jump": (4, 6),
+    "jump": (4, 4),
     "still": (1, 1),
     "recent": (1, 1),
     "change": (2, 2),

@@ -4,17 +4,21 @@ In: pairs of columns on a regular grid, the components of a vector that follows 
 leads. Out: for each sample the change of their common slope that is likeliest within the window
 behind it, its standard error, and how long ago it was. Between them lies a vector that wanders: the
 velocity over ground follows the velocity through the air by the scale of the airspeed, and the wind
-comes in between. Only what lies along the leading vector is used, and only how it turns: what lies
+comes in between. The slope is that of what lies along the leading vector, as it turns: what lies
 across it (a slip) and what changes with its length (a launch, an angle of attack) says nothing of a
 factor.
 
 A Kalman filter holds the vector between (a random walk) and the slope. At every moment of the
 window both may have jumped: what such a jump leaves in the innovations since is linear in its size,
-so that the size is one least squares, with a jump of the vector free beside it: a gust is one of
-the wind, and no change of a slope. How much the vector wanders and the samples scatter is fitted to
-the data, block by block, each with a slope of its own, so that what changes between two blocks is
-not taken for noise; where what is left is more than that, the error is larger by as much. Blocks to
-come count, too: a log that ends earlier may tell another error.
+so that the size is one least squares, with a jump of the vector free beside it. The moment is the
+likeliest one. What a jump of the vector alone explains as well, at whatever moment (a gust, a
+receiver that jumps), is no change of a slope: the error is what the gain in likelihood over the
+best of those leaves. Nor is it one where the followers have turned against the leaders by more than
+they have stretched (a gyroscope that drifts, a compass, a slip), which what lies across tells. How
+much the vector wanders and the samples scatter is fitted to the data, block by block, each with a
+slope of its own, so that what changes between two blocks is not taken for noise; where what is left
+is more than that, the error is larger by as much. Blocks to come count, too: a log that ends
+earlier may tell another error.
 
 What does not determine the slope (a straight flight: an airspeed that reads too much is a wind
 ahead) gives nothing: the change must be known to the tolerance by how the leaders moved alone.
@@ -75,12 +79,13 @@ class Jump(NamedTuple):
 class _Rows(NamedTuple):
     """Thinned samples: what follows along the leaders (m,), their direction and length (m, p + 1).
 
-    ``known`` (m,): where all of it is.
+    ``known`` (m,): where all of it is. ``aside`` (m,): what follows to the left of the leaders.
     """
 
     follows: Floats
     leads: Floats
     known: Mask
+    aside: Floats
 
 
 class _Scale(NamedTuple):
@@ -97,13 +102,15 @@ class _Scale(NamedTuple):
 class _Passed(NamedTuple):
     """What a filter met, row by row: (m, p + 1), (m,), (m,); NaN where rows are unknown.
 
-    ``before`` (m,): the standard deviation of the slope before each.
+    ``before`` (m,) and ``between`` (m, p): the standard deviation of the slope before each, and the
+    vector.
     """
 
     gain: Floats
     variance: Floats
     innovation: Floats
     before: Floats
+    between: Floats
 
 
 def jump(
@@ -118,7 +125,7 @@ def jump(
     Parameters
     ----------
     followers, leaders : sequence of (n,) float
-        Components, of one unit each; a sample of which any is NaN is left out.
+        Two components each, of one unit; a sample of which any is NaN is left out.
     step : float
         s, of the grid.
     window_s : float
@@ -135,7 +142,7 @@ def jump(
     >>> ground = [scale * air[0] + 5.0 + noise[0], scale * air[1] - 3.0 + noise[1]]
     >>> found = jump(ground, air, 0.25, 60.0, 0.03)
     >>> off, ago = found.size[600] - 0.2, found.ago[600] - 50.0
-    >>> bool(abs(off) < 4 * found.error[600] < 0.05), bool(abs(ago) <= 4.0)
+    >>> bool(abs(off) < 4 * found.error[600] < 0.06), bool(abs(ago) <= 4.0)
     (True, True)
     """
     size = len(followers[0])
@@ -168,7 +175,13 @@ def _rows(follows: Floats, leads: Floats) -> _Rows:
     with np.errstate(invalid="ignore", divide="ignore"):
         along = leads / length[:, None]
     follow = (along * follows).sum(axis=1)
-    return _Rows(follow, np.column_stack([along, length]), np.asarray(np.isfinite(follow)))
+    aside = (_left(along) * follows).sum(axis=1)
+    return _Rows(follow, np.column_stack([along, length]), np.asarray(np.isfinite(follow)), aside)
+
+
+def _left(ahead: Floats) -> Floats:
+    """Return the directions at right angles to others, (m, 2)."""
+    return np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
 
 
 def _scale(rows: _Rows) -> _Scale | None:
@@ -256,11 +269,14 @@ def _filtered(rows: _Rows, scale: _Scale, noises: tuple[float, float]) -> _Passe
     wander, scatter = noises
     state = np.append(np.zeros(size - 1), scale.slope)
     covariance = np.diag(scale.widths(size - 1) ** 2)
-    passed = _Passed(np.full((count, size), np.nan), *(np.full(count, np.nan) for _ in range(3)))
+    variance, innovation, before = (np.full(count, np.nan) for _ in range(3))
+    gain, between = np.full((count, size), np.nan), np.full((count, size - 1), np.nan)
+    passed = _Passed(gain, variance, innovation, before, between)
     own, noise = np.arange(size - 1), np.array(scatter**2)
     for row in range(count):
         covariance[own, own] += wander**2
         passed.before[row] = np.sqrt(covariance[-1, -1])
+        passed.between[row] = state[:-1]
         if not rows.known[row]:
             continue
         taken = _taken(state, covariance, rows.follows[row], rows.leads[row], noise)
@@ -273,7 +289,7 @@ def _filtered(rows: _Rows, scale: _Scale, noises: tuple[float, float]) -> _Passe
 def _likeliest(
     passed: _Passed, rows: _Rows, window: int, scale: _Scale, tolerance: float
 ) -> Floats:
-    """Return size, error and age (rows) of the jump that stands out most from its error, (m, 3)."""
+    """Return size, error and age (rows) of the likeliest jump, (m, 3)."""
     found = np.full((len(rows.known), 3), np.nan)
     prior = np.diag(scale.widths(rows.leads.shape[1] - 1) ** -2.0)
     for row, starts, information, toward, left, count in _signatures(passed, rows.leads, window):
@@ -281,18 +297,57 @@ def _likeliest(
         ready = (starts >= 0) & (count >= FEW) & (passed.before[starts] <= tolerance)
         if not ready.any():
             continue
-        covariance = np.linalg.inv(information[ready] + prior)
-        sizes = (covariance @ toward[ready][..., None])[..., 0]
-        explained = (sizes * toward[ready]).sum(axis=1)
+        covariance, sizes, explained = _fitted(information[ready] + prior, toward[ready])
         free = np.maximum(count[ready] - len(prior), 1)
         wider = np.sqrt(np.maximum((left[ready] - explained) / free, 1.0))
         error = np.sqrt(covariance[:, -1, -1])
         fits = (error <= tolerance) & (error * wider <= MISFIT * tolerance)
-        clear = np.where(fits, np.abs(sizes[:, -1]) / (error * wider), -1.0)
-        best = int(np.argmax(clear))
-        if clear[best] >= 0:
-            found[row] = sizes[best, -1], error[best] * wider[best], row - starts[ready][best]
+        if not fits.any():
+            continue
+        best = int(np.argmax(np.where(fits, explained, -1.0)))
+        alone = _fitted((information[ready] + prior)[:, :-1, :-1], toward[ready][:, :-1])[2].max()
+        gain = np.sqrt(max(float(explained[best] - alone), 0.0)) / wider[best]
+        size, start = float(sizes[best, -1]), int(starts[ready][best])
+        least = max(error[best] * wider[best], abs(size) / gain if gain else np.inf)
+        if least > MISFIT * tolerance:
+            continue
+        sure = rows.known & (passed.before <= tolerance)
+        turned = _turned(passed, rows, sure, (start, row), sizes[best, :-1])
+        # a turn by x shows as cos x - 1 along and sin x across: from a right angle on backwards
+        if turned <= abs(size) and (scale.slope + size) * scale.slope > 0:
+            found[row] = size, least, row - start
     return found
+
+
+def _fitted(information: Floats, toward: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return covariance (j, n, n), sizes (j, n) and what they explain (j,), of least squares."""
+    covariance = np.linalg.inv(information)
+    sizes = (covariance @ toward[..., None])[..., 0]
+    explained: Floats = (sizes * toward).sum(axis=1)
+    return np.asarray(covariance), sizes, explained
+
+
+def _turned(
+    passed: _Passed, rows: _Rows, sure: Mask, since: tuple[int, int], change: Floats
+) -> float:
+    """Return by how much the followers have turned against the leaders since a row, as a slope.
+
+    What lies across for each unit of the leaders, before and since, without the vector between,
+    which changed by ``change`` then; NaN where the one or the other is not known.
+    """
+    start, last = since
+    length = float(rows.leads[rows.known, -1][0])
+    before = np.flatnonzero(sure[:start])
+    after = start + np.flatnonzero(rows.known[start : last + 1])
+    if not before.size or not after.size:
+        return np.nan
+    vectors = passed.between[before], passed.between[start] + change
+    was, now = (
+        rows.aside[part] - (_left(rows.leads[part, :-1]) * vector).sum(axis=1)
+        for part, vector in zip((before, after), vectors, strict=True)
+    )
+    # not the mean: who drifts on turns round and round
+    return float(np.median(np.abs(now - np.median(was)))) / length
 
 
 def _signatures(

@@ -71,6 +71,26 @@ def test_a_gust_that_stays_is_a_wind_and_no_factor() -> None:
         assert not (np.nan_to_num(np.abs(found.size) - 5 * found.error) > 0.03).any()
 
 
+@pytest.mark.parametrize("per_second", [0.05, -0.02, 0.01])
+def test_a_heading_that_drifts_off_is_no_factor(per_second: float) -> None:
+    """A gyroscope's drift turns what is shown, and makes it follow less: cos of the angle."""
+    heading, drift = TURNS, np.maximum(T - AT, 0.0) * per_second
+    air = 20.0 * np.array([np.cos(heading), np.sin(heading)])
+    shown = 20.0 * np.array([np.cos(heading + drift), np.sin(heading + drift)])
+    ground = air + np.array([[5.0], [-3.0]]) + np.random.default_rng(5).normal(0.0, 0.3, air.shape)
+    found = jump([*ground], [*shown], STEP, 120.0, 0.03)
+    assert (np.abs(drift) > 0.5).any()
+    assert not (np.nan_to_num(np.abs(found.size) - 5 * found.error) > 0.03).any()
+
+
+@pytest.mark.parametrize("period", [10.0, 20.0])
+def test_a_wind_that_begins_to_swing_is_no_factor(period: float) -> None:
+    """A jump of the vector alone explains it as well as one of the factor, at another moment."""
+    off = np.where(T > AT, 4.0 * np.sin((T - AT) / period), 0.0)
+    found = flown(1.0, wind=(5.0 + off, -3.0 - off / 2), gust=0.0)
+    assert not (np.nan_to_num(np.abs(found.size) - 5 * found.error) > 0.03).any()
+
+
 def test_what_changes_with_the_speed_alone_is_no_factor() -> None:
     """A launch, a dive: shown too large by 5 m/s while it is fast, and only in straight flight."""
     straight = np.where(T < 60.0, 0.4, 0.4 + TURNS - TURNS[T >= 60.0][0])

@@ -193,7 +193,7 @@ def test_a_turn_shows_the_scale_of_the_airspeed_and_a_straight_line_does_not(tmp
         ("slope(v_n, a_n, v_e, a_e)", "slope(v_n, 2*a_n)", "stands alone"),
         ("slope(v_n, a_n, v_e, a_e)", "slope(v_n, a_n, yaw, a_e)", "does not fit"),
         ("slope(v_n, a_n, v_e, a_e)", "jump(v_n, a_n)", "jump takes 4"),
-        ("slope(v_n, a_n, v_e, a_e)", "jump(v_n, a_n, v_e, a_e, v_n)", "takes pairs"),
+        ("slope(v_n, a_n, v_e, a_e)", "jump(v_n, a_n, v_e, a_e, v_n)", "jump takes 4"),
         ("slope(v_n, a_n, v_e, a_e)", "jump(v_n, 2*a_n, v_e, a_e)", "stands alone"),
         ("slope(v_n, a_n, v_e, a_e)", "jump(v_n, a_n, yaw, a_e)", "does not fit"),
         ("slope(v_n, a_n, v_e, a_e)", "slope(yaw, a_n)", "unit mismatch"),
