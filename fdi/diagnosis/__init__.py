@@ -11,6 +11,7 @@ such that every alarm is explained and no quiet test speaks against them. ``Alar
 - ``concerns.py``: whom each residual concerns
 - ``hypotheses.py``: who could have made them, at every moment
 - ``features.py``: what speaks for and against a component, as numbers
+- ``outvoted.py``: whose doing an alarm is not, by a test that is quiet
 - ``likelihood.py``: how probable each is, and nobody
 - ``naming.py``: who is accused, and which alarms only follow
 - ``episodes.py``: several accusations of one part are one, dated by the episode that lasts

@@ -167,6 +167,7 @@ def features(
     reach: Mapping[str, frozenset[str]],
     done: Doings,
     whom: Concerns,
+    outvoted: Mapping[str, NDArray[np.bool_]],
 ) -> Floats:
     """Return the values of all features for some components, (c, len(FEATURES)).
 
@@ -180,16 +181,13 @@ def features(
         Of every component those that its failure disturbs.
     done : Doings
     whom : Concerns
+    outvoted : mapping
+        Of components the tests, (r,), whose alarms are not what they disturb.
     """
     # an alarm at its threshold is hardly evidence, one far beyond it is much
     evidence = np.where(done.alarmed, np.maximum(done.near, 0.0), 0.0)
-    own = {name: _most(evidence[tie == Tie.HELD]) for name, tie in ties.items()}
-    began = {
-        name: float(done.onset[(tie == Tie.HELD) & done.alarmed].min(initial=np.inf))
-        for name, tie in ties.items()
-    }
     only = np.array([len(whom.of(row)) == 1 for row in range(len(evidence))], bool)
-    rows = []
+    found = []
     for name in asked:
         component, tie = whom.components[name], ties[name]
         held, mine = (tie == Tie.HELD) & done.alarmed, (tie >= Tie.SUSPECTED) & done.alarmed
@@ -198,7 +196,9 @@ def features(
         unique = judged & only & ~whom.supports
         alone = held & only & ~whom.supports
         since = float(done.onset[mine].min())
-        below = [n for n in reach[name] if n in own and began[n] >= since - SIMULTANEOUS_S]
+        shown = done.alarmed & ~outvoted.get(name, np.False_)
+        below = [shown & (ties[n] == Tie.HELD) for n in reach[name] if n in ties]
+        below = [r for r in below if done.onset[r].min(initial=np.inf) >= since - SIMULTANEOUS_S]
         values = {
             "one": 1.0,
             "tests": np.log1p(len(set(whom.residual[mine]))),
@@ -208,12 +208,12 @@ def features(
             "quiet": float(done.near[unique].clip(max=0.0).max()) if unique.any() else 0.0,
             "healed": np.log1p(done.well_again(mine)),
             "late": np.log1p(max(since - done.at, 0.0)),
-            "explains": max((own[n] for n in below), default=0.0),
+            "explains": max((_most(evidence[rows]) for rows in below), default=0.0),
             "computed": float(component.computed),
             "controller": float(component.group == "autopilot"),
         }
-        rows.append([values[feature] for feature in FEATURES])
-    return np.array(rows, float).reshape(len(asked), len(FEATURES))
+        found.append([values[feature] for feature in FEATURES])
+    return np.array(found, float).reshape(len(asked), len(FEATURES))
 
 
 def speaking(

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from fdi.decision import Alarms
 from fdi.decision.alarms import UNKNOWN
 from fdi.diagnosis.alarm_runs import Run, find_runs
-from fdi.diagnosis.concerns import Concerns, affected, concerns
+from fdi.diagnosis.concerns import Concerns, Tie, affected, concerns
 from fdi.diagnosis.features import LEAST, MOST, SIMULTANEOUS_S, Doings, features
+from fdi.diagnosis.outvoted import Denial, denials, denied
 from fdi.model.evaluate import Floats
 from fdi.telemetry.airtime import time_in_air
 from fdi.telemetry.ends import FlightEnd
@@ -70,6 +71,8 @@ class Inquiry:
     whom : Concerns
     command : (r,) bool
         Tests that read a recorded command as evidence.
+    denials : tuple of Denial
+        Whose doing an alarm is not, by tests that are quiet.
     """
 
     flight: int
@@ -83,19 +86,23 @@ class Inquiry:
     command: NDArray[np.bool_]
     ties: dict[str, NDArray[np.int8]]
     reach: dict[str, frozenset[str]]
+    denials: tuple[Denial, ...]
 
     def case(self, at: float, runs: Sequence[Run]) -> Case:
         """Return the case of a moment, s, by those of the runs that stand or begin soon after."""
         done = self.doings(at, runs)
-        names = tuple(
-            name for name in self.ties if (self.ties[name][self._accusing(name, done)] > 0).any()
-        )
-        ties = [self.ties[name][done.alarmed] for name in names]
+        outvoted = denied(self.denials, done.alarmed, done.judged)
+        ties = self.ties | {
+            name: np.where(rows & (self.ties[name] < Tie.HELD), np.int8(Tie.NONE), self.ties[name])
+            for name, rows in outvoted.items()
+        }
+        names = tuple(name for name in ties if (ties[name][self._accusing(name, done)] > 0).any())
+        alarming = [ties[name][done.alarmed] for name in names]
         return Case(
             at,
             names,
-            features(names, self.ties, self.reach, done, self.whom),
-            np.array(ties, np.int8).reshape(len(names), int(done.alarmed.sum())),
+            features(names, ties, self.reach, done, self.whom, outvoted),
+            np.array(alarming, np.int8).reshape(len(names), int(done.alarmed.sum())),
         )
 
     def _accusing(self, name: str, done: Doings) -> NDArray[np.bool_]:
@@ -184,6 +191,7 @@ def inquire(alarms: Alarms) -> tuple[Inquiry, ...]:
     names = [name for name in bank.system.components if name != OUTSIDE]
     ties = {name: whom.ties(name) for name in names}
     reach = {name: frozenset(affected(name, whom.components)) for name in names}
+    known = denials(whom, reach)
     equations = bank.system.equations
     command = [any(equations[i].command for i in one.equations) for one in bank.generators]
     share = np.where(alarms.state == UNKNOWN, np.nan, alarms.strength).astype(np.float32)
@@ -203,6 +211,7 @@ def inquire(alarms: Alarms) -> tuple[Inquiry, ...]:
             command=np.array(command, bool),
             ties=ties,
             reach=reach,
+            denials=known,
         )
         for number, (start, end) in enumerate(spans)
     )
