@@ -292,6 +292,7 @@ def _likeliest(
     """Return size, error and age (rows) of the likeliest jump, (m, 3)."""
     found = np.full((len(rows.known), 3), np.nan)
     prior = np.diag(scale.widths(rows.leads.shape[1] - 1) ** -2.0)
+    sure = rows.known & (passed.before <= tolerance)
     for row, starts, information, toward, left, count in _signatures(passed, rows.leads, window):
         # a change needs a before: what a take-off shows is no slope yet
         ready = (starts >= 0) & (count >= FEW) & (passed.before[starts] <= tolerance)
@@ -311,7 +312,6 @@ def _likeliest(
         least = max(error[best] * wider[best], abs(size) / gain if gain else np.inf)
         if least > MISFIT * tolerance:
             continue
-        sure = rows.known & (passed.before <= tolerance)
         turned = _turned(passed, rows, sure, (start, row), sizes[best, :-1])
         # a turn by x shows as cos x - 1 along and sin x across: from a right angle on backwards
         if turned <= abs(size) and (scale.slope + size) * scale.slope > 0:

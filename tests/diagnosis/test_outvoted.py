@@ -19,9 +19,9 @@ ELSEWHERE = row(BANK, "GPS.y", "ESTIMATOR.y")
 FOLD = math.log(3)
 
 
-def told(*rows, bank=BANK, unknown=None):
+def told(*rows, unknown=None):
     """The features of every candidate where tests alarm, all of three times their thresholds."""
-    (one,) = inquire(alarms_of(bank, {key: [(40, 60)] for key in rows}, unknown=unknown))
+    (one,) = inquire(alarms_of(BANK, {key: [(40, 60)] for key in rows}, unknown=unknown))
     case = one.case(40.0, one.runs)
     return {
         name: dict(zip(FEATURES, values, strict=True))
